@@ -1,0 +1,105 @@
+//! The bi-directional cycle mapping: both branches through the shared sub-networks.
+
+use burn::tensor::{Tensor, backend::Backend};
+
+use crate::jacobian::{Jacobian, JacobianMode};
+use crate::networks::FlattenAnything;
+
+/// The 2D→3D→2D cycle: G → Q̂ → P̂ → P̂_cut → Q̂_cycle.
+#[derive(Debug, Clone)]
+pub struct DeformBranch<B: Backend> {
+    /// Q̂ `[M, 2]`.
+    pub q_hat: Tensor<B, 2>,
+    /// P̂ `[M, 3]`.
+    pub p_hat: Tensor<B, 2>,
+    /// P̂ⁿ `[M, 3]`.
+    pub p_hat_normals: Tensor<B, 2>,
+    /// P̂_cut `[M, 3]`.
+    pub p_hat_cut: Tensor<B, 2>,
+    /// Q̂_cycle `[M, 2]`.
+    pub q_hat_cycle: Tensor<B, 2>,
+    /// J_g: the derivative of P̂ with respect to Q̂, where it was asked for.
+    pub jacobian: Option<Jacobian<B>>,
+}
+
+/// The 3D→2D→3D cycle: P → P_cut → Q → P_cycle. Q is the parameterization.
+#[derive(Debug, Clone)]
+pub struct UnwrapBranch<B: Backend> {
+    /// P_cut `[N, 3]`.
+    pub p_cut: Tensor<B, 2>,
+    /// Q `[N, 2]`.
+    pub q: Tensor<B, 2>,
+    /// P_cycle `[N, 3]`.
+    pub p_cycle: Tensor<B, 2>,
+    /// P_cycleⁿ `[N, 3]`.
+    pub p_cycle_normals: Tensor<B, 2>,
+    /// J_f: the derivative of P_cycle with respect to Q.
+    pub jacobian: Jacobian<B>,
+}
+
+impl<B: Backend> FlattenAnything<B> {
+    /// P → Q `[N, 3] → [N, 2]`; without `cut_net`, P_cut is P.
+    pub fn unwrap(&self, p: Tensor<B, 2>, cut_net: bool) -> Tensor<B, 2> {
+        self.unwrap.forward(self.open(p, cut_net))
+    }
+
+    /// The 2D→3D→2D cycle of a lattice G `[M, 2]`.
+    pub fn deform_branch(
+        &self,
+        g: Tensor<B, 2>,
+        jacobian: Option<JacobianMode>,
+        cut_net: bool,
+    ) -> DeformBranch<B> {
+        let q_hat = self.deform.forward(g);
+        let (wrapped, jacobian) = match jacobian {
+            Some(mode) => {
+                let (wrapped, jacobian) = mode.wrap(&self.wrap, q_hat.clone());
+                (wrapped, Some(jacobian))
+            }
+            None => (self.wrap.forward(q_hat.clone()), None),
+        };
+        let p_hat_cut = self.open(wrapped.points.clone(), cut_net);
+        let q_hat_cycle = self.unwrap.forward(p_hat_cut.clone());
+        DeformBranch {
+            q_hat,
+            p_hat: wrapped.points,
+            p_hat_normals: wrapped.normals,
+            p_hat_cut,
+            q_hat_cycle,
+            jacobian,
+        }
+    }
+
+    /// The 3D→2D→3D cycle of surface points P `[N, 3]`.
+    pub fn unwrap_branch(
+        &self,
+        p: Tensor<B, 2>,
+        jacobian: JacobianMode,
+        cut_net: bool,
+    ) -> UnwrapBranch<B> {
+        let p_cut = self.open(p, cut_net);
+        let q = self.unwrap.forward(p_cut.clone());
+        let (wrapped, jacobian) = jacobian.wrap(&self.wrap, q.clone());
+        UnwrapBranch {
+            p_cut,
+            q,
+            p_cycle: wrapped.points,
+            p_cycle_normals: wrapped.normals,
+            jacobian,
+        }
+    }
+
+    fn open(&self, p: Tensor<B, 2>, cut_net: bool) -> Tensor<B, 2> {
+        if cut_net { self.cut.forward(p) } else { p }
+    }
+}
+
+/// A uniform lattice G of ⌈√count⌉² points in [−1, 1]², first coordinate slowest,
+/// row by row; at least 2 × 2.
+pub fn lattice(count: usize) -> Vec<[f32; 2]> {
+    let side = ((count as f64).sqrt().ceil() as usize).max(2);
+    let at = |i: usize| -1.0 + 2.0 * i as f32 / (side - 1) as f32;
+    (0..side * side)
+        .map(|i| [at(i / side), at(i % side)])
+        .collect()
+}

@@ -1,0 +1,53 @@
+//! Derivatives of Wrap-Net: the Jacobians J_f at Q and J_g at Q̂, and their singular structure.
+//!
+//! Two ways give the same numbers (and the same gradients of the loss):
+//! - [`JacobianMode::DoubleBackward`] differentiates the network by automatic
+//!   differentiation and the loss through that again, as the paper describes;
+//! - [`JacobianMode::ForwardTangent`] pushes the two unit tangents through the network
+//!   beside the points, so that training differentiates once.
+
+mod double_backward;
+mod forward_tangent;
+mod fundamental_form;
+
+use burn::config::Config;
+use burn::tensor::{Tensor, backend::Backend};
+
+use crate::networks::{WrapNet, Wrapped};
+
+pub use fundamental_form::FirstFundamentalForm;
+
+/// Partial derivatives of a map from the plane to space, row by row.
+#[derive(Debug, Clone)]
+pub struct Jacobian<B: Backend> {
+    /// ∂/∂u `[N, 3]`.
+    pub u: Tensor<B, 2>,
+    /// ∂/∂v `[N, 3]`.
+    pub v: Tensor<B, 2>,
+}
+
+/// How Jacobians are computed.
+#[derive(Config, Debug, Copy, PartialEq, Eq)]
+pub enum JacobianMode {
+    /// Gradients of gradients through burn-autodiff.
+    DoubleBackward,
+    /// Two tangents in forward mode.
+    ForwardTangent,
+}
+
+impl JacobianMode {
+    /// Wrap-Net at Q `[N, 2]` and the Jacobian of its points there. Both are differentiable
+    /// with respect to the weights and to Q wherever `B` tracks them.
+    pub fn wrap<B: Backend>(
+        self,
+        net: &WrapNet<B>,
+        q: Tensor<B, 2>,
+    ) -> (Wrapped<B>, Jacobian<B>) {
+        match self {
+            JacobianMode::DoubleBackward => {
+                (net.forward(q.clone()), double_backward::jacobian(net, q))
+            }
+            JacobianMode::ForwardTangent => forward_tangent::wrap(net, q),
+        }
+    }
+}

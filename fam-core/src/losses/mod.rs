@@ -1,0 +1,15 @@
+//! The training objectives, each a mean over points.
+
+mod conformality;
+mod cycle_consistency;
+mod objective;
+mod unwrapping;
+mod wrapping;
+
+pub use conformality::conformality_loss;
+pub use cycle_consistency::{normal_loss, point_cycle_loss, uv_cycle_loss};
+pub use objective::{LossTerm, LossWeights, Losses, Objective};
+pub use unwrapping::{
+    bounding_box_normalized, bounding_box_side, repulsion_threshold, unwrapping_loss,
+};
+pub use wrapping::{ChamferDistance, chamfer_distance};

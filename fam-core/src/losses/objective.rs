@@ -1,0 +1,186 @@
+use burn::config::Config;
+use burn::tensor::{Tensor, backend::Backend};
+
+use super::{
+    bounding_box_normalized, bounding_box_side, chamfer_distance, conformality_loss, normal_loss,
+    point_cycle_loss, repulsion_threshold, unwrapping_loss, uv_cycle_loss,
+};
+use crate::cycles::{DeformBranch, UnwrapBranch};
+use crate::neighbors::NeighborSearch;
+
+/// K_u: neighbours that the unwrapping loss keeps apart (the paper's appendix).
+const NEIGHBORS: usize = 8;
+
+/// ε / (L(Q) / √N) in the unwrapping loss (the paper's appendix).
+const EPSILON_FACTOR: f32 = 0.2;
+
+/// Which formulation of the unwrapping and the conformality term is minimised.
+#[derive(Config, Debug, Copy, PartialEq, Eq)]
+pub enum Objective {
+    /// As in the paper: Q itself is spread out by ε = 0.2·L(Q)/√N, and conformality is asked
+    /// of f and g.
+    Paper,
+    /// As in the authors' program: three normalised UV sets are spread out by a quarter of the
+    /// lattice spacing, and conformality is asked of f alone.
+    Reference,
+}
+
+/// Weights of the loss terms; the defaults are the paper's.
+#[derive(Config, Debug, PartialEq)]
+pub struct LossWeights {
+    /// Of ℓ_wrap.
+    #[config(default = 1.0)]
+    pub wrap: f64,
+    /// Of ℓ_unwrap.
+    #[config(default = 0.01)]
+    pub unwrap: f64,
+    /// Of each term of ℓ_cycle.
+    #[config(default = 0.01)]
+    pub cycle: f64,
+    /// Of ℓ_conf of each map.
+    #[config(default = 0.01)]
+    pub conformality: f64,
+}
+
+/// One term of the objective.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum LossTerm {
+    /// ℓ_wrap: Chamfer distance of P̂ and P.
+    Wrap,
+    /// ℓ_unwrap, of Q or (reference objective) of its normalised copy.
+    Unwrap,
+    /// ℓ_unwrap of the normalised Q̂ (reference objective).
+    UnwrapQHat,
+    /// ℓ_unwrap of the normalised Q̂_cycle (reference objective).
+    UnwrapQHatCycle,
+    /// Mean |P − P_cycle|.
+    CyclePoints,
+    /// Mean |Q̂ − Q̂_cycle|.
+    CycleUv,
+    /// Mean of 1 − cos between Pⁿ and P_cycleⁿ.
+    CycleNormals,
+    /// Mean |λ¹ − λ²| of f.
+    ConformalityF,
+    /// Mean |λ¹ − λ²| of g.
+    ConformalityG,
+}
+
+impl LossTerm {
+    /// A short name, as in progress lines and errors.
+    pub fn name(self) -> &'static str {
+        match self {
+            LossTerm::Wrap => "wrap",
+            LossTerm::Unwrap => "unwrap",
+            LossTerm::UnwrapQHat => "unwrap-q-hat",
+            LossTerm::UnwrapQHatCycle => "unwrap-q-hat-cycle",
+            LossTerm::CyclePoints => "cycle-points",
+            LossTerm::CycleUv => "cycle-uv",
+            LossTerm::CycleNormals => "cycle-normals",
+            LossTerm::ConformalityF => "conformality-f",
+            LossTerm::ConformalityG => "conformality-g",
+        }
+    }
+
+    fn weight(self, weights: &LossWeights) -> f64 {
+        match self {
+            LossTerm::Wrap => weights.wrap,
+            LossTerm::Unwrap | LossTerm::UnwrapQHat | LossTerm::UnwrapQHatCycle => weights.unwrap,
+            LossTerm::CyclePoints | LossTerm::CycleUv | LossTerm::CycleNormals => weights.cycle,
+            LossTerm::ConformalityF | LossTerm::ConformalityG => weights.conformality,
+        }
+    }
+}
+
+/// The unweighted terms of one evaluation, each a scalar `[1]`.
+#[derive(Debug, Clone)]
+pub struct Losses<B: Backend> {
+    /// The terms that apply: a branch that is left out has none.
+    pub terms: Vec<(LossTerm, Tensor<B, 1>)>,
+}
+
+impl<B: Backend> Losses<B> {
+    /// The terms of the branches that are given.
+    ///
+    /// `p` `[N, 3]` are the surface points, `normals` `[N, 3]` theirs; without them the normals'
+    /// term is dropped.
+    pub fn of<S: NeighborSearch<B>>(
+        objective: Objective,
+        p: Tensor<B, 2>,
+        normals: Option<Tensor<B, 2>>,
+        deform: Option<DeformBranch<B>>,
+        unwrap: Option<UnwrapBranch<B>>,
+        search: &S,
+    ) -> Self {
+        let lattice_size = match &deform {
+            Some(deform) => deform.q_hat.dims()[0],
+            None => p.dims()[0],
+        };
+        let spread = |q: Tensor<B, 2>| match objective {
+            Objective::Paper => {
+                let points = q.dims()[0] as f32;
+                let epsilon = bounding_box_side(q.clone()) * (EPSILON_FACTOR / points.sqrt());
+                spread_loss(search, q, epsilon)
+            }
+            Objective::Reference => {
+                let threshold = repulsion_threshold(lattice_size);
+                let epsilon = Tensor::full([1], threshold, &q.device());
+                spread_loss(search, bounding_box_normalized(q), epsilon)
+            }
+        };
+        let mut terms = Vec::new();
+        if let Some(deform) = deform {
+            let nearest_p = search.nearest(p.clone().detach(), deform.p_hat.clone().detach());
+            let nearest_p_hat = search.nearest(deform.p_hat.clone().detach(), p.clone().detach());
+            let chamfer = chamfer_distance(deform.p_hat, p.clone(), nearest_p, nearest_p_hat);
+            terms.push((LossTerm::Wrap, chamfer.larger()));
+            if objective == Objective::Reference {
+                terms.push((LossTerm::UnwrapQHat, spread(deform.q_hat.clone())));
+                terms.push((LossTerm::UnwrapQHatCycle, spread(deform.q_hat_cycle.clone())));
+            }
+            terms.push((
+                LossTerm::CycleUv,
+                uv_cycle_loss(deform.q_hat, deform.q_hat_cycle),
+            ));
+            if let Some(jacobian) = deform.jacobian {
+                terms.push((LossTerm::ConformalityG, conformality_loss(jacobian)));
+            }
+        }
+        if let Some(unwrap) = unwrap {
+            terms.push((LossTerm::Unwrap, spread(unwrap.q)));
+            terms.push((LossTerm::CyclePoints, point_cycle_loss(p, unwrap.p_cycle)));
+            if let Some(normals) = normals {
+                terms.push((
+                    LossTerm::CycleNormals,
+                    normal_loss(normals, unwrap.p_cycle_normals),
+                ));
+            }
+            terms.push((
+                LossTerm::ConformalityF,
+                conformality_loss(unwrap.jacobian),
+            ));
+        }
+        Self { terms }
+    }
+
+    /// The weighted sum that is minimised, `[1]`.
+    ///
+    /// # Panics
+    /// If there is no term.
+    pub fn total(&self, weights: &LossWeights) -> Tensor<B, 1> {
+        self.terms
+            .iter()
+            .map(|(term, value)| value.clone() * term.weight(weights))
+            .reduce(|a, b| a + b)
+            .expect("at least one branch is evaluated")
+    }
+}
+
+fn spread_loss<B: Backend, S: NeighborSearch<B>>(
+    search: &S,
+    q: Tensor<B, 2>,
+    epsilon: Tensor<B, 1>,
+) -> Tensor<B, 1> {
+    let k = NEIGHBORS.min(q.dims()[0] - 1);
+    let neighbors = search.nearest_others(q.clone().detach(), k);
+    unwrapping_loss(q, neighbors, epsilon)
+}

@@ -1,0 +1,49 @@
+use burn::tensor::{Int, Tensor, backend::Backend};
+
+/// ℓ_unwrap: mean over all points and their K nearest others of max(0, ε − ‖q_i − q_i^(k)‖),
+/// a scalar `[1]`. It keeps UV coordinates from lying on each other.
+///
+/// `q` `[N, 2]`, `neighbors` `[N · K]` as from
+/// [`NeighborSearch::nearest_others`](crate::neighbors::NeighborSearch::nearest_others),
+/// `epsilon` `[1]`, a constant for the gradient. The distance is √(‖·‖² + 1e-8).
+pub fn unwrapping_loss<B: Backend>(
+    q: Tensor<B, 2>,
+    neighbors: Tensor<B, 1, Int>,
+    epsilon: Tensor<B, 1>,
+) -> Tensor<B, 1> {
+    let [n, _] = q.dims();
+    let k = neighbors.dims()[0] / n;
+    // Broadcast, not `repeat_dim`: Burn 0.21 sums the gradient of that in the wrong order.
+    let near = q.clone().select(0, neighbors).reshape([n, k, 2]);
+    let difference = near - q.reshape([n, 1, 2]);
+    let squared = (difference.clone() * difference)
+        .sum_dim(2)
+        .reshape([n * k, 1]);
+    let distance = (squared + 1e-8).sqrt();
+    (epsilon.detach().unsqueeze::<2>() - distance)
+        .clamp_min(0.0)
+        .mean()
+}
+
+/// L(Q): the longer side of the bounding box of `q` `[N, 2]`, as a constant scalar `[1]`.
+pub fn bounding_box_side<B: Backend>(q: Tensor<B, 2>) -> Tensor<B, 1> {
+    let q = q.detach();
+    (q.clone().max_dim(0) - q.min_dim(0)).max()
+}
+
+/// `q` `[N, 2]` minus the centre of its bounding box, divided by the largest distance
+/// from it: the UV sets that the reference objective spreads out.
+pub fn bounding_box_normalized<B: Backend>(q: Tensor<B, 2>) -> Tensor<B, 2> {
+    let center = (q.clone().max_dim(0) + q.clone().min_dim(0)) * 0.5;
+    let centered = q - center;
+    let squared = (centered.clone() * centered.clone()).sum_dim(1);
+    let radius = squared.max_dim(0).sqrt() + 1e-8;
+    // A power, not a division: see the normals' loss.
+    centered * radius.powf_scalar(-1.0)
+}
+
+/// The threshold of the reference objective on a normalised UV set of `count` lattice points:
+/// a quarter of the lattice spacing, 0.25 · 2 / (⌈√count⌉ − 1).
+pub fn repulsion_threshold(count: usize) -> f32 {
+    0.25 * 2.0 / ((count as f32).sqrt().ceil() - 1.0)
+}

@@ -1,0 +1,125 @@
+use robust::{Coord, orient2d};
+
+use crate::surface::vector::{cross, length, sub};
+use crate::surface::{SurfaceError, TriangleMesh, UvMap};
+
+/// A mesh and its UV map with the areas of all triangles.
+///
+/// Positions are divided by a power of two near the largest coordinate, so that no
+/// product of theirs overflows. All metrics are invariant under scaling.
+pub(super) struct Layout<'a> {
+    mesh: &'a TriangleMesh,
+    uv: &'a UvMap,
+    positions: Vec<[f64; 3]>,
+    /// Twice the 3D areas; 0 for degenerate triangles.
+    double_areas: Vec<f64>,
+    /// Twice the UV areas, positive where counter-clockwise; the signs are exact.
+    uv_double_areas: Vec<f64>,
+}
+
+impl<'a> Layout<'a> {
+    pub(super) fn new(mesh: &'a TriangleMesh, uv: &'a UvMap) -> Result<Self, SurfaceError> {
+        let (expected, found) = (mesh.triangles().len(), uv.triangles().len());
+        if expected != found {
+            return Err(SurfaceError::LengthMismatch {
+                attribute: "texture coordinate triangles",
+                expected,
+                found,
+            });
+        }
+        let positions = rescaled(mesh.positions());
+        let double_areas: Vec<f64> = mesh
+            .triangles()
+            .iter()
+            .map(|t| double_area(t.map(|v| positions[v as usize])))
+            .collect();
+        if double_areas.iter().all(|&area| area == 0.0) {
+            return Err(SurfaceError::TooSmall("all triangles have zero area"));
+        }
+        let uv_double_areas = (0..found)
+            .map(|t| signed_double_area(uv.corners(t)))
+            .collect();
+        Ok(Self {
+            mesh,
+            uv,
+            positions,
+            double_areas,
+            uv_double_areas,
+        })
+    }
+
+    /// How many triangles there are, degenerate ones included.
+    pub(super) fn len(&self) -> usize {
+        self.double_areas.len()
+    }
+
+    /// The triangles that are not degenerate.
+    pub(super) fn measured(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.len()).filter(|&t| self.double_areas[t] > 0.0)
+    }
+
+    /// How many triangles have area in 3D but none in UV space.
+    pub(super) fn collapsed_triangles(&self) -> usize {
+        self.measured()
+            .filter(|&t| self.uv_double_areas[t] == 0.0)
+            .count()
+    }
+
+    /// The rescaled position of a vertex.
+    pub(super) fn position(&self, vertex: u32) -> [f64; 3] {
+        self.positions[vertex as usize]
+    }
+
+    /// The rescaled corners of triangle `t`.
+    pub(super) fn corners(&self, t: usize) -> [[f64; 3]; 3] {
+        self.mesh.triangles()[t].map(|v| self.position(v))
+    }
+
+    /// The UV coordinates of the corners of triangle `t`.
+    pub(super) fn uv_corners(&self, t: usize) -> [[f64; 2]; 3] {
+        self.uv.corners(t).map(|q| q.map(f64::from))
+    }
+
+    /// Twice the rescaled 3D area of triangle `t`; 0 if it is degenerate.
+    pub(super) fn double_area(&self, t: usize) -> f64 {
+        self.double_areas[t]
+    }
+
+    /// Twice the UV area of triangle `t`, positive where counter-clockwise.
+    pub(super) fn uv_double_area(&self, t: usize) -> f64 {
+        self.uv_double_areas[t]
+    }
+}
+
+fn rescaled(positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let largest = positions
+        .iter()
+        .flatten()
+        .fold(0.0, |m: f64, c| m.max(c.abs()));
+    // The lower bound keeps the factor finite.
+    let factor = (-largest.log2().floor().max(-1000.0)).exp2();
+    positions.iter().map(|p| p.map(|c| c * factor)).collect()
+}
+
+/// Twice the area of a triangle; 0 where its height on the longest edge does not exceed
+/// the rounding of its coordinates.
+fn double_area([a, b, c]: [[f64; 3]; 3]) -> f64 {
+    let edges = [sub(b, a), sub(c, b), sub(a, c)];
+    let longest = edges.iter().fold(0.0, |m: f64, &e| m.max(length(e)));
+    let magnitude = [a, b, c]
+        .iter()
+        .flatten()
+        .fold(0.0, |m: f64, x| m.max(x.abs()));
+    let area = length(cross(edges[0], edges[1]));
+    if area > 4.0 * f64::EPSILON * magnitude * longest {
+        area
+    } else {
+        0.0
+    }
+}
+
+/// Twice the signed area of a UV triangle, positive where counter-clockwise; the sign is exact.
+pub(super) fn signed_double_area(corners: [[f32; 2]; 3]) -> f64 {
+    let [a, b, c] = corners.map(|[x, y]| Coord { x, y });
+    orient2d(a, b, c)
+}

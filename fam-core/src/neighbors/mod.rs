@@ -1,0 +1,22 @@
+//! Nearest neighbours, for the Chamfer distance, the unwrapping loss and seams.
+//!
+//! Training asks for them through the trait [`NeighborSearch`] in tensors, so that a search on
+//! the device can take the place of the k-d tree on the host. Neighbours are constants for
+//! the gradient.
+
+mod kd_tree;
+
+use burn::tensor::{Int, Tensor, backend::Backend};
+
+pub use kd_tree::{KdTree, nearest, nearest_others};
+
+/// Finds nearest neighbours in Euclidean distance.
+pub trait NeighborSearch<B: Backend> {
+    /// For each of `queries` `[M, D]` the indices of its nearest row of `points` `[N, D]`: `[M]`.
+    /// D is 2 or 3.
+    fn nearest(&self, points: Tensor<B, 2>, queries: Tensor<B, 2>) -> Tensor<B, 1, Int>;
+
+    /// For each row of `points` `[N, D]` the indices of its `k` nearest other rows, nearest
+    /// first, row by row: `[N · k]`. D is 2 or 3 and `k` < N.
+    fn nearest_others(&self, points: Tensor<B, 2>, k: usize) -> Tensor<B, 1, Int>;
+}

@@ -1,0 +1,24 @@
+use burn::module::Module;
+use burn::tensor::{Tensor, backend::Backend};
+
+use super::Mlp;
+
+/// Cut-Net M_c: moves surface points by learned offsets so that the surface opens along
+/// seams, P_cut = ξ″([P, ξ′(P)]) + P.
+#[derive(Module, Debug)]
+pub struct CutNet<B: Backend> {
+    /// ξ′: `[N, 3] → [N, latent]`.
+    pub mlp_1: Mlp<B>,
+    /// ξ″: `[N, 3 + latent] → [N, 3]`.
+    pub mlp_2: Mlp<B>,
+}
+
+impl<B: Backend> CutNet<B> {
+    /// P `[N, 3]` → P_cut `[N, 3]`.
+    pub fn forward(&self, p: Tensor<B, 2>) -> Tensor<B, 2> {
+        let latent = self.mlp_1.forward(p.clone());
+        self.mlp_2
+            .forward(Tensor::cat(vec![p.clone(), latent], 1))
+            + p
+    }
+}

@@ -1,0 +1,57 @@
+use burn::config::Config;
+use burn::module::Module;
+use burn::tensor::backend::Backend;
+use rand::SeedableRng;
+use rand_pcg::Pcg64;
+
+use super::{CutNet, DeformNet, Mlp, UnwrapNet, WrapNet};
+
+/// Widths of the sub-networks; the defaults are the paper's.
+#[derive(Config, Debug, PartialEq)]
+pub struct FlattenAnythingConfig {
+    /// Channels of every hidden layer.
+    #[config(default = 512)]
+    pub width: usize,
+    /// Channels h between ξ′ and ξ″.
+    #[config(default = 64)]
+    pub latent: usize,
+}
+
+/// The Flatten Anything Model: the four sub-networks, shared by both cycles.
+#[derive(Module, Debug)]
+pub struct FlattenAnything<B: Backend> {
+    /// Deform-Net.
+    pub deform: DeformNet<B>,
+    /// Wrap-Net.
+    pub wrap: WrapNet<B>,
+    /// Cut-Net.
+    pub cut: CutNet<B>,
+    /// Unwrap-Net.
+    pub unwrap: UnwrapNet<B>,
+}
+
+impl FlattenAnythingConfig {
+    /// Networks with fresh weights: one seed gives the same weights on every backend.
+    pub fn init<B: Backend>(&self, device: &B::Device, seed: u64) -> FlattenAnything<B> {
+        let (w, h) = (self.width, self.latent);
+        let mut rng = Pcg64::seed_from_u64(seed);
+        let mut mlp = |channels: &[usize]| Mlp::init(channels, device, &mut rng);
+        FlattenAnything {
+            deform: DeformNet {
+                mlp_1: mlp(&[2, w, w, w, h]),
+                mlp_2: mlp(&[2 + h, w, w, w, 2]),
+            },
+            wrap: WrapNet {
+                mlp_1: mlp(&[2, w, w, w, h]),
+                mlp_2: mlp(&[2 + h, w, w, w, 6]),
+            },
+            cut: CutNet {
+                mlp_1: mlp(&[3, w, w, h]),
+                mlp_2: mlp(&[3 + h, w, w, 3]),
+            },
+            unwrap: UnwrapNet {
+                mlp: mlp(&[3, w, w, 2]),
+            },
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! The model and its losses against reference numbers, on ndarray. `data/small.safetensors` holds
+//! widths of 16; a larger file with the paper's widths is used where it is present.
+
+mod common;
+
+use std::path::Path;
+
+use burn::module::AutodiffModule;
+use burn_autodiff::Autodiff;
+use burn_ndarray::NdArray;
+use common::{Reference, TOLERANCE, all_combinations, host, matches, relative_error};
+use fam_core::cycles::lattice;
+use fam_core::jacobian::JacobianMode;
+use fam_core::losses::Objective;
+use fam_core::networks::FlattenAnything;
+
+type Cpu = Autodiff<NdArray>;
+
+#[test]
+fn small_reference_on_ndarray() {
+    all_combinations::<Cpu>(&Reference::small(), &Default::default());
+}
+
+#[test]
+fn full_reference_on_ndarray() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/reference/full.safetensors");
+    let Ok(bytes) = std::fs::read(path) else {
+        eprintln!("SKIPPED: the reference at the paper's widths is not present");
+        return;
+    };
+    let reference = Reference { bytes };
+    for mode in [JacobianMode::DoubleBackward, JacobianMode::ForwardTangent] {
+        matches::<Cpu>(&reference, Objective::Paper, mode, &Default::default());
+    }
+}
+
+#[test]
+fn the_lattice_is_the_reference_grid() {
+    let (expected, shape) = Reference::small().values("grid");
+    let found: Vec<f32> = lattice(shape[0]).into_iter().flatten().collect();
+    assert!(relative_error(&found, &expected) < 1e-6);
+}
+
+#[test]
+fn weights_of_another_value_are_noticed() {
+    let reference = Reference::small();
+    let device = Default::default();
+    let model = FlattenAnything::<Cpu>::from_reference(&reference.bytes, &device).unwrap();
+    let mut changed = model.valid();
+    let bias = changed.wrap.mlp_2.layers[0].bias.take().unwrap();
+    changed.wrap.mlp_2.layers[0].bias = Some(bias.map(|b| b + 1e-2));
+    let changed = FlattenAnything::<Cpu>::from_inner(changed);
+    let points = reference.tensor::<Cpu>("points", &device);
+    let branch = changed.unwrap_branch(points, JacobianMode::ForwardTangent, true);
+    let (expected, _) = reference.values("p_cycle");
+    assert!(relative_error(&host(&branch.p_cycle), &expected) > TOLERANCE);
+}

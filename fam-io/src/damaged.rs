@@ -1,0 +1,125 @@
+//! Damaged files never make a reader panic, and what can still be read can be written.
+
+use fam_core::surface::{Surface, UvMap};
+
+use crate::Format;
+use crate::document::parse;
+
+#[path = "../tests/common/random.rs"]
+mod random;
+
+use random::Random;
+
+fn ply(vertices: &str, faces: &str, body: &str) -> String {
+    format!(
+        "ply\nformat ascii 1.0\nelement vertex {vertices}\nproperty float x\nproperty float y\n\
+         property float z\nelement face {faces}\nproperty list uchar int vertex_indices\n\
+         end_header\n{body}"
+    )
+}
+
+/// Small files that use every part of the readers.
+fn seeds() -> Vec<(Format, Vec<u8>)> {
+    let body = b"\0\0\0\0\0\0\x80?\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x80?\x03\0\0\0\0\x01\0\0\0\0\0\0\0";
+    let mut binary = ply("2", "1", "")
+        .replace("ascii", "binary_little_endian")
+        .into_bytes();
+    binary.extend(body);
+    let big = String::from_utf8_lossy(&binary[..60])
+        .replace("little", "big")
+        .into_bytes();
+    let big = [&big, &binary[60..]].concat();
+    vec![
+        (
+            Format::Obj,
+            b"o a\nv 0 0 0 1\nv 1 0 0 .1 .2 .3\nvt 0 0\nvn 0 0 1\n\\\nv 0 1 0\r\n\
+              f 1/1/1 2//-1 3/-1\nf -1 -2 \\\n -3 1 # c\nl 1 2\n"
+                .to_vec(),
+        ),
+        (
+            Format::Off,
+            b"STCNOFF 4 2 0 # c\n0 0 0 0 0 1 255 0 0 1 .5 .5\n1 0 0 0 0 1 9 0 1\n\
+              1 1 0 0 0 1 1 1\n0 1 0 0 0 1 1 1\n4 0 1 2 3 1 0 0\n3 0 1 2\n"
+                .to_vec(),
+        ),
+        (
+            Format::Ply,
+            ply("3", "1", "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").into_bytes(),
+        ),
+        (Format::Ply, binary),
+        (Format::Ply, big),
+        (
+            Format::Xyz,
+            b"# x y z nx ny nz u v\n3\n1,2,3,0,0,1,.5,.5\n4 5 6 0 1 0 1 1\n".to_vec(),
+        ),
+    ]
+}
+
+#[test]
+fn damaged_files_never_panic() {
+    let mut random = Random::new(2);
+    let tokens: [&[u8]; 14] = [
+        b"-1",
+        b"0",
+        b"4294967296",
+        b"-9223372036854775808",
+        b"18446744073709551615",
+        b"nan",
+        b"1e999",
+        b"/",
+        b"\\\n",
+        b"\r",
+        b"#",
+        b" ",
+        b"\xff",
+        b"list uint double",
+    ];
+    let mut read = 0;
+    for (format, seed) in seeds() {
+        let truncations = (0..seed.len()).map(|length| seed[..length].to_vec());
+        let mut damaged: Vec<Vec<u8>> = truncations.collect();
+        for _ in 0..700 {
+            let mut bytes = seed.clone();
+            for _ in 0..=random.below(3) {
+                let at = random.below(bytes.len());
+                match random.below(4) {
+                    0 => bytes[at] = random.below(256) as u8,
+                    1 => bytes[at] ^= 1 << random.below(8),
+                    2 => drop(bytes.splice(at..at, tokens[random.below(14)].iter().copied())),
+                    _ => {
+                        let end = (at + random.below(9)).min(bytes.len());
+                        bytes.splice(at..end, tokens[random.below(14)].iter().copied());
+                    }
+                }
+            }
+            damaged.push(bytes);
+        }
+        for bytes in damaged {
+            let document = match parse(format, bytes) {
+                Ok(document) => document,
+                Err(fault) => {
+                    let message = fault.to_string();
+                    assert!(!message.contains(char::is_control), "{message}");
+                    continue;
+                }
+            };
+            read += 1;
+            let mut out = Vec::new();
+            match document.surface() {
+                Surface::Mesh(mesh) => {
+                    let count = mesh.triangles().len() as u32;
+                    let uvs = (0..3 * count).map(|i| [i as f32, 0.0]).collect();
+                    let triangles = (0..count).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
+                    let uvs = UvMap::new(uvs, triangles.collect()).unwrap();
+                    document.mesh_to(&uvs, &mut out).unwrap();
+                }
+                Surface::PointCloud(cloud) => {
+                    let uvs = vec![[0.5, 0.25]; cloud.points().len()];
+                    document.points_to(&uvs, &mut out).unwrap();
+                }
+            }
+            parse(format, out).unwrap();
+        }
+    }
+    assert!(read > 900, "only {read} damaged files were still readable");
+}

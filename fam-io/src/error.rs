@@ -1,0 +1,131 @@
+use std::io;
+use std::path::{Path, PathBuf};
+
+use fam_core::surface::SurfaceError;
+
+use crate::Format;
+
+/// A file that could not be read as a surface; displayed as one line, `file: reason`.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {fault}", path.display())]
+pub struct ReadError {
+    /// The file.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    pub fault: ReadFault,
+}
+
+/// What is wrong with a file that could not be read.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadFault {
+    /// The operating system refused.
+    #[error("{0}")]
+    Io(#[from] io::Error),
+    /// The extension is not one of a known format.
+    #[error("{0} is not a known format; the known ones are .obj, .off, .ply and .xyz")]
+    UnknownFormat(String),
+    /// The content does not follow the rules of its format.
+    #[error("line {line}: {problem}")]
+    Syntax {
+        /// The line, counting from 1.
+        line: usize,
+        /// What is wrong there.
+        problem: String,
+    },
+    /// A face refers to a vertex that does not exist.
+    #[error("face {face} refers to vertex {index}, but there are only {count}{numbering}")]
+    VertexOutOfRange {
+        /// The face, counting from 1 in the order of the file.
+        face: usize,
+        /// The vertex as the file writes it.
+        index: i64,
+        /// How many vertices there are.
+        count: usize,
+        /// A hint on how the format counts, to end the sentence with.
+        numbering: &'static str,
+    },
+    /// The header announces more than the file holds.
+    #[error("it announces {announced} entries of `{element}`, but holds only {found}")]
+    Truncated {
+        /// What there should be more of.
+        element: String,
+        /// The announced number.
+        announced: u64,
+        /// The number there is (or, in a file of fixed sizes, that there can be at most).
+        found: u64,
+    },
+    /// A part of the format that is not read.
+    #[error("{0} not supported")]
+    Unsupported(&'static str),
+    /// A PLY file that its parser rejects, or that lacks what a surface needs.
+    #[error("{0}")]
+    Ply(String),
+    /// The parts do not make a surface.
+    #[error("{0}")]
+    Surface(#[from] SurfaceError),
+}
+
+/// A file that could not be written; displayed as one line, `file: reason`.
+/// Whatever was at its path before is still there.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {fault}", path.display())]
+pub struct WriteError {
+    /// The file.
+    pub path: PathBuf,
+    /// Why it was not written.
+    pub fault: WriteFault,
+}
+
+/// Why a file was not written.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteFault {
+    /// The operating system refused.
+    #[error("{0}")]
+    Io(#[from] io::Error),
+    /// The extension of the output belongs to another format than the input's.
+    #[error("the result is written in the format of the input, {input}, not {output}")]
+    OtherFormat {
+        /// The format of the input.
+        input: Format,
+        /// The format that the extension of the output stands for.
+        output: Format,
+    },
+    /// The UVs of a mesh for a point cloud, or the other way round.
+    #[error("the surface is {surface}, but the UVs are for {uvs}")]
+    OtherKind {
+        /// What the surface is.
+        surface: &'static str,
+        /// What the UVs are for.
+        uvs: &'static str,
+    },
+    /// There are too many UVs or too few.
+    #[error("{expected} {of} need as many UVs, found {found}")]
+    CountMismatch {
+        /// What has UVs: triangles or points.
+        of: &'static str,
+        /// How many of them there are.
+        expected: usize,
+        /// How many UVs were given.
+        found: usize,
+    },
+    /// A UV is NaN or infinite.
+    #[error("the UV of point {0} is not a finite number")]
+    NonFiniteUv(usize),
+    /// A seam refers to a vertex that does not exist.
+    #[error("a seam refers to vertex {index}, but there are only {count}")]
+    SeamOutOfRange {
+        /// The zero-based vertex.
+        index: u32,
+        /// How many vertices there are.
+        count: usize,
+    },
+}
+
+impl WriteFault {
+    pub(crate) fn at(self, path: &Path) -> WriteError {
+        WriteError {
+            path: path.to_owned(),
+            fault: self,
+        }
+    }
+}

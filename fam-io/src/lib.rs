@@ -1,0 +1,52 @@
+//! Files of Flatten Anything: surfaces in, the same files with UVs out.
+//!
+//! - [`read_surface`] reads a mesh or a point cloud from an OBJ, OFF, PLY or XYZ file
+//!   into a [`Document`]. It holds the [`Surface`](fam_core::surface::Surface) to flatten,
+//!   the UVs the file already has, and what it takes to write the file back.
+//! - [`Document::write_mesh_uvs`] and [`Document::write_point_uvs`] write that file again
+//!   with UVs; everything else in it stays.
+//! - [`seams`] writes the torn edges and seam points of a result as JSON and OBJ.
+//! - [`atomic`] replaces a file as a whole or not at all; every writer goes through it.
+//!
+//! The modules of the formats state which dialects they read and what they keep.
+//! No input makes the readers panic, and none makes them allocate memory out of
+//! proportion to the size of the file; what cannot be read is a [`ReadError`] that names
+//! the file and the reason on one line.
+//!
+//! ```no_run
+//! use fam_core::surface::{Surface, UvMap};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let document = fam_io::read_surface("spot.obj")?;
+//! match document.surface() {
+//!     Surface::Mesh(mesh) => {
+//!         println!("{} vertices, {} triangles", mesh.positions().len(), mesh.triangles().len());
+//!         let flat = mesh.positions().iter().map(|p| [p[0] as f32, p[1] as f32]).collect();
+//!         let uvs = UvMap::new(flat, mesh.triangles().to_vec())?;
+//!         document.write_mesh_uvs(&uvs, "spot-uv.obj")?;
+//!     }
+//!     Surface::PointCloud(cloud) => {
+//!         println!("{} points", cloud.points().len());
+//!         let flat: Vec<_> = cloud.points().iter().map(|p| [p[0] as f32, p[1] as f32]).collect();
+//!         document.write_point_uvs(&flat, "spot-uv.obj")?;
+//!     }
+//! }
+//! # Ok(())
+//! # }
+//! ```
+
+pub mod atomic;
+#[cfg(test)]
+mod damaged;
+mod document;
+mod error;
+pub mod obj;
+pub mod off;
+pub mod ply;
+mod polygons;
+pub mod seams;
+mod text;
+pub mod xyz;
+
+pub use document::{Document, Format, read_surface};
+pub use error::{ReadError, ReadFault, WriteError, WriteFault};

@@ -1,0 +1,197 @@
+//! XYZ: a point cloud as lines of columns.
+//!
+//! Columns are separated by blanks, commas or semicolons; the first three are the
+//! coordinates. `#` and `//` start comments. The first line with content may be the number
+//! of points or the names of the columns; the number is not looked at.
+//!
+//! - Columns 4 to 6 are normals if every point has them and each is of unit length to within
+//!   0.01; otherwise they are taken for something else, such as a colour, and only kept.
+//! - The last two columns are UVs if a line before the first point, comment or not, names the
+//!   columns and ends in `u v`.
+//!
+//! Writing keeps every line and adds the UV as two columns, or replaces the one that is
+//! there. A first line `# … u v` that names the columns is added if there is none.
+
+use std::io::{self, Write};
+use std::ops::Range;
+
+use fam_core::surface::vector;
+
+use crate::ReadFault;
+use crate::document::{Parsed, surface, vertex_uvs};
+use crate::polygons::Polygons;
+use crate::text::{self, Edits, coordinate, lines, words};
+
+const UNIT_TOLERANCE: f64 = 1e-2;
+
+/// An XYZ file, to be written back.
+#[derive(Debug, Clone)]
+pub(crate) struct Source {
+    bytes: Vec<u8>,
+    /// The columns of every point.
+    points: Vec<Range<usize>>,
+    /// The names of the columns before the UV, if a line gives them.
+    names: Option<Vec<String>>,
+    has_uvs: bool,
+    has_normals: bool,
+}
+
+fn columns(bytes: &[u8], range: Range<usize>) -> Vec<Range<usize>> {
+    words(bytes, range, |b| {
+        text::is_blank(b) || matches!(b, b',' | b';')
+    })
+}
+
+/// Splits a line into its columns and the words of its comment.
+fn split_comment(bytes: &[u8], line: Range<usize>) -> (Range<usize>, Vec<Range<usize>>) {
+    let text = &bytes[line.clone()];
+    let hash = text.iter().position(|&b| b == b'#');
+    let slashes = text.windows(2).position(|two| two == b"//");
+    match hash.into_iter().chain(slashes).min() {
+        Some(length) => {
+            let data = line.start..line.start + length;
+            let marker = |b: &u8| matches!(b, b'#' | b'/');
+            let markers = text[length..].iter().take_while(|b| marker(b)).count();
+            (data.clone(), columns(bytes, data.end + markers..line.end))
+        }
+        None => (line.clone(), Vec::new()),
+    }
+}
+
+pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
+    let mut points = Vec::new();
+    let mut positions = Vec::new();
+    let mut headers: Vec<Vec<String>> = Vec::new();
+    let mut first = true;
+    for line in lines(&bytes) {
+        let (data, comment) = split_comment(&bytes, line.text);
+        let data = columns(&bytes, data);
+        let texts = |words: &[Range<usize>]| {
+            let text = |word: &Range<usize>| String::from_utf8_lossy(&bytes[word.clone()]);
+            words.iter().map(|word| text(word).into_owned()).collect()
+        };
+        if data.is_empty() {
+            if points.is_empty() {
+                headers.push(texts(&comment));
+            }
+            continue;
+        }
+        let is_first = std::mem::take(&mut first);
+        let is_number = |word: &Range<usize>| text::parse::<f64>(&bytes[word.clone()]).is_some();
+        if is_first && data.len() == 1 && is_number(&data[0]) {
+            continue;
+        }
+        if is_first && !data.iter().any(is_number) {
+            headers.push(texts(&data));
+            continue;
+        }
+        if data.len() < 3 {
+            let problem = format!("a point has three columns or more, not {}", data.len());
+            return Err(text::syntax(line.number, problem));
+        }
+        let coordinate = |at: usize| coordinate(&bytes[data[at].clone()], line.number);
+        positions.push([coordinate(0)?, coordinate(1)?, coordinate(2)?]);
+        points.push(data[0].start..data[data.len() - 1].end);
+    }
+
+    let number = |word: &Range<usize>| text::parse::<f32>(&bytes[word.clone()]);
+    let uv = |columns: &[Range<usize>]| match columns {
+        [_, _, _, .., u, v] => Some([number(u)?, number(v)?]),
+        _ => None,
+    };
+    let named = headers.iter().any(|names| ends_in_uv(names));
+    let each = || points.iter().map(|point| columns(&bytes, point.clone()));
+    let uvs: Option<Vec<_>> = named.then(|| each().map(|c| uv(&c)).collect()).flatten();
+    let has_uvs = uvs.is_some();
+    let normals: Option<Vec<_>> = each()
+        .map(|columns| {
+            unit_normal(
+                &bytes,
+                &columns[..columns.len() - if has_uvs { 2 } else { 0 }],
+            )
+        })
+        .collect();
+    let width = points
+        .first()
+        .map(|point| columns(&bytes, point.clone()).len());
+    let names = headers
+        .into_iter()
+        .rfind(|names| Some(names.len()) == width);
+
+    let has_normals = normals.is_some();
+    let surface = surface(positions, &Polygons::default(), normals)?;
+    let uvs = uvs.and_then(|uvs| vertex_uvs(&surface, uvs));
+    Ok(Parsed {
+        surface,
+        uvs,
+        source: Source {
+            bytes,
+            points,
+            names,
+            has_uvs,
+            has_normals,
+        },
+    })
+}
+
+fn ends_in_uv(names: &[String]) -> bool {
+    match names {
+        [_, _, _, .., u, v] => u.eq_ignore_ascii_case("u") && v.eq_ignore_ascii_case("v"),
+        _ => false,
+    }
+}
+
+/// Columns 4 to 6, if they are a normal.
+fn unit_normal(bytes: &[u8], columns: &[Range<usize>]) -> Option<[f64; 3]> {
+    let number = |at: usize| text::parse::<f64>(&bytes[columns.get(at)?.clone()]);
+    let normal = [number(3)?, number(4)?, number(5)?];
+    ((vector::length(normal) - 1.0).abs() <= UNIT_TOLERANCE).then_some(normal)
+}
+
+impl Source {
+    pub fn write_points(&self, uvs: &[[f32; 2]], out: &mut dyn Write) -> io::Result<()> {
+        let mut edits = Edits::default();
+        if !self.has_uvs
+            && let Some(first) = lines(&self.bytes).next()
+        {
+            let start = first.text.start;
+            let names = self.column_names().join(" ");
+            let line_end = text::line_end(&self.bytes);
+            edits.replace(start..start, format_args!("# {names} u v{line_end}"));
+        }
+        for (point, [u, v]) in self.points.iter().zip(uvs) {
+            let columns = columns(&self.bytes, point.clone());
+            let separator = String::from_utf8_lossy(&self.bytes[columns[0].end..columns[1].start]);
+            if self.has_uvs {
+                let start = columns[columns.len() - 2].start;
+                edits.replace(start..point.end, format_args!("{u}{separator}{v}"));
+            } else {
+                let added = format_args!("{separator}{u}{separator}{v}");
+                edits.replace(point.end..point.end, added);
+            }
+        }
+        edits.apply(&self.bytes, out)
+    }
+
+    /// The names of the columns before the UV: those of the file, if it has them.
+    fn column_names(&self) -> Vec<String> {
+        if let Some(names) = &self.names {
+            return names.clone();
+        }
+        let width = self
+            .points
+            .first()
+            .map_or(3, |point| columns(&self.bytes, point.clone()).len());
+        let mut names = vec!["x", "y", "z"];
+        if self.has_normals {
+            names.extend(["nx", "ny", "nz"]);
+        }
+        let known = names.len();
+        let numbered = (known..width).map(|column| format!("column{}", column + 1));
+        names
+            .into_iter()
+            .map(str::to_owned)
+            .chain(numbered)
+            .collect()
+    }
+}
