@@ -1,8 +1,50 @@
-//! placeholder
+//! Flatten Anything: unsupervised neural surface parameterization on [Burn](https://burn.dev).
+//!
+//! Four small networks, trained on one surface in a bi-directional cycle, map its points to
+//! UV coordinates and find the cutting seams themselves. No connectivity is needed: meshes
+//! of any topology and raw point clouds are flattened alike. The method is that of Zhang, Hou,
+//! Wang and He, *Flatten Anything: Unsupervised Neural Surface Parameterization* (NeurIPS 2024).
+//!
+//! Everything is generic over the backend `B`; this crate names none, and knows no file and no
+//! terminal. Data flows one way:
+//!
+//! - [`surface`]: meshes, point clouds, UV maps, generated shapes;
+//! - [`sampling`]: the points that training sees;
+//! - [`networks`], [`cycles`], [`jacobian`], [`losses`], [`neighbors`]: the method, equation by
+//!   equation;
+//! - [`training`]: configuration and the loop;
+//! - [`map`]: the trained map, UVs for any points, saved and loaded;
+//! - [`seams`] and [`metrics`]: where the map cuts, and how good it is.
+//!
+//! ```no_run
+//! use std::ops::ControlFlow;
+//!
+//! use burn_autodiff::Autodiff;
+//! use burn_ndarray::NdArray;
+//! use fam_core::surface::{Surface, shapes};
+//! use fam_core::training::{TrainingConfig, train};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let surface = Surface::Mesh(shapes::torus(1.0, 0.4, 80, 40));
+//! let config = TrainingConfig::fast();
+//! let map = train::<Autodiff<NdArray>>(config, &surface, &Default::default(), |step| {
+//!     println!("{}: {}", step.iteration, step.total);
+//!     ControlFlow::Continue(())
+//! })?;
+//! let uvs = map.uvs(surface.positions());
+//! # Ok(())
+//! # }
+//! ```
+
 pub mod cycles;
 pub mod jacobian;
 pub mod losses;
+pub mod map;
+pub mod metrics;
 pub mod neighbors;
 pub mod networks;
+pub mod sampling;
+pub mod seams;
 pub mod surface;
+pub mod training;
 pub mod weights;

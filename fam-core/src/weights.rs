@@ -126,7 +126,9 @@ pub(crate) fn read<B: Backend>(
             let bias = floats(&find(&file, &name)?, &name, &[outputs])?;
             *layer = Linear {
                 weight: Param::from_tensor(
-                    Tensor::<B, 2>::from_data(weight, device).transpose().detach(),
+                    Tensor::<B, 2>::from_data(weight, device)
+                        .transpose()
+                        .detach(),
                 ),
                 bias: Some(Param::from_data(TensorData::new(bias, [outputs]), device)),
             };
@@ -136,7 +138,9 @@ pub(crate) fn read<B: Backend>(
 }
 
 /// Names, shapes and values of all weights, for a safetensors file.
-pub(crate) fn tensors<B: Backend>(model: &FlattenAnything<B>) -> Vec<(String, Vec<usize>, Vec<u8>)> {
+pub(crate) fn tensors<B: Backend>(
+    model: &FlattenAnything<B>,
+) -> Vec<(String, Vec<usize>, Vec<u8>)> {
     let bytes = |data: TensorData| -> Vec<u8> {
         let data = data.convert::<f32>();
         data.iter::<f32>().flat_map(f32::to_le_bytes).collect()
@@ -164,11 +168,7 @@ fn find<'a>(file: &SafeTensors<'a>, name: &str) -> Result<TensorView<'a>, Weight
 }
 
 /// The values of a tensor; a trailing dimension of 1 (a convolution of width 1) is ignored.
-fn floats(
-    view: &TensorView<'_>,
-    name: &str,
-    expected: &[usize],
-) -> Result<Vec<f32>, WeightsError> {
+fn floats(view: &TensorView<'_>, name: &str, expected: &[usize]) -> Result<Vec<f32>, WeightsError> {
     let shape = view.shape();
     let squeezed = match shape {
         [out, input, 1] => &[*out, *input][..],

@@ -23,7 +23,8 @@ fn small_reference_on_ndarray() {
 
 #[test]
 fn full_reference_on_ndarray() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/reference/full.safetensors");
+    let path =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/reference/full.safetensors");
     let Ok(bytes) = std::fs::read(path) else {
         eprintln!("SKIPPED: the reference at the paper's widths is not present");
         return;

@@ -124,6 +124,21 @@ impl<S> Parsed<S> {
 }
 
 impl Document {
+    /// A mesh that comes from no file, as an OBJ document.
+    ///
+    /// # Errors
+    /// Never for a valid mesh; the signature is that of the reader it goes through.
+    pub fn of_mesh(mesh: &TriangleMesh) -> Result<Self, ReadFault> {
+        let mut text = String::new();
+        for [x, y, z] in mesh.positions() {
+            text.push_str(&format!("v {x} {y} {z}\n"));
+        }
+        for [a, b, c] in mesh.triangles().iter().map(|t| t.map(|v| v + 1)) {
+            text.push_str(&format!("f {a} {b} {c}\n"));
+        }
+        parse(Format::Obj, text.into_bytes())
+    }
+
     /// The mesh or the cloud, in the coordinates of the file.
     pub fn surface(&self) -> &Surface {
         &self.surface

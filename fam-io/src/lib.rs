@@ -6,6 +6,7 @@
 //! - [`Document::write_mesh_uvs`] and [`Document::write_point_uvs`] write that file again
 //!   with UVs; everything else in it stays.
 //! - [`seams`] writes the torn edges and seam points of a result as JSON and OBJ.
+//! - [`picture`] draws the layout and the textured surface.
 //! - [`atomic`] replaces a file as a whole or not at all; every writer goes through it.
 //!
 //! The modules of the formats state which dialects they read and what they keep.
@@ -42,6 +43,7 @@ mod document;
 mod error;
 pub mod obj;
 pub mod off;
+pub mod picture;
 pub mod ply;
 mod polygons;
 pub mod seams;

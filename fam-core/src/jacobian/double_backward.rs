@@ -17,12 +17,7 @@ pub(super) fn jacobian<B: Backend>(net: &WrapNet<B>, q: Tensor<B, 2>) -> Jacobia
     let copies = Tensor::cat(vec![q.clone(), q.clone(), q], 0);
     let tiled = Tensor::<Autodiff<B>, 2>::from_inner(copies).require_grad();
     let points = net.forward(tiled.clone()).points;
-    let coordinate = |k: usize| {
-        points
-            .clone()
-            .slice([k * n..(k + 1) * n, k..k + 1])
-            .sum()
-    };
+    let coordinate = |k: usize| points.clone().slice([k * n..(k + 1) * n, k..k + 1]).sum();
     let gradients = (coordinate(0) + coordinate(1) + coordinate(2)).backward();
     let rows = tiled
         .grad(&gradients)

@@ -3,10 +3,7 @@ use burn::tensor::{Tensor, TensorData, backend::Backend};
 use super::Jacobian;
 use crate::networks::{WrapNet, Wrapped};
 
-pub(super) fn wrap<B: Backend>(
-    net: &WrapNet<B>,
-    q: Tensor<B, 2>,
-) -> (Wrapped<B>, Jacobian<B>) {
+pub(super) fn wrap<B: Backend>(net: &WrapNet<B>, q: Tensor<B, 2>) -> (Wrapped<B>, Jacobian<B>) {
     let [n, _] = q.dims();
     let device = q.device();
     let (wrapped, slopes) = net.forward_with_slopes(q);

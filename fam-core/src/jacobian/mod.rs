@@ -10,8 +10,9 @@ mod double_backward;
 mod forward_tangent;
 mod fundamental_form;
 
-use burn::config::Config;
 use burn::tensor::{Tensor, backend::Backend};
+
+use serde::{Deserialize, Serialize};
 
 use crate::networks::{WrapNet, Wrapped};
 
@@ -27,7 +28,8 @@ pub struct Jacobian<B: Backend> {
 }
 
 /// How Jacobians are computed.
-#[derive(Config, Debug, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum JacobianMode {
     /// Gradients of gradients through burn-autodiff.
     DoubleBackward,
@@ -38,11 +40,7 @@ pub enum JacobianMode {
 impl JacobianMode {
     /// Wrap-Net at Q `[N, 2]` and the Jacobian of its points there. Both are differentiable
     /// with respect to the weights and to Q wherever `B` tracks them.
-    pub fn wrap<B: Backend>(
-        self,
-        net: &WrapNet<B>,
-        q: Tensor<B, 2>,
-    ) -> (Wrapped<B>, Jacobian<B>) {
+    pub fn wrap<B: Backend>(self, net: &WrapNet<B>, q: Tensor<B, 2>) -> (Wrapped<B>, Jacobian<B>) {
         match self {
             JacobianMode::DoubleBackward => {
                 (net.forward(q.clone()), double_backward::jacobian(net, q))

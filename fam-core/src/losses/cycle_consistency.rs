@@ -6,19 +6,13 @@ pub fn point_cycle_loss<B: Backend>(p: Tensor<B, 2>, p_cycle: Tensor<B, 2>) -> T
 }
 
 /// The 2D term of ℓ_cycle: mean |Q̂ − Q̂_cycle| over all coordinates, `[1]`.
-pub fn uv_cycle_loss<B: Backend>(
-    q_hat: Tensor<B, 2>,
-    q_hat_cycle: Tensor<B, 2>,
-) -> Tensor<B, 1> {
+pub fn uv_cycle_loss<B: Backend>(q_hat: Tensor<B, 2>, q_hat_cycle: Tensor<B, 2>) -> Tensor<B, 1> {
     (q_hat - q_hat_cycle).abs().mean()
 }
 
 /// The normals' term of ℓ_cycle: mean of 1 − cos between Pⁿ and P_cycleⁿ `[N, 3]`, of any
 /// lengths, `[1]`. A zero normal counts as orthogonal.
-pub fn normal_loss<B: Backend>(
-    normals: Tensor<B, 2>,
-    cycle_normals: Tensor<B, 2>,
-) -> Tensor<B, 1> {
+pub fn normal_loss<B: Backend>(normals: Tensor<B, 2>, cycle_normals: Tensor<B, 2>) -> Tensor<B, 1> {
     let squared_length = |n: Tensor<B, 2>| (n.clone() * n).sum_dim(1).clamp_min(1e-16);
     let lengths = squared_length(normals.clone()) * squared_length(cycle_normals.clone());
     // A power, not a division: burn-ndarray's gradient of a division goes through a SIMD

@@ -1,6 +1,8 @@
 use burn::config::Config;
 use burn::tensor::{Tensor, backend::Backend};
 
+use serde::{Deserialize, Serialize};
+
 use super::{
     bounding_box_normalized, bounding_box_side, chamfer_distance, conformality_loss, normal_loss,
     point_cycle_loss, repulsion_threshold, unwrapping_loss, uv_cycle_loss,
@@ -15,7 +17,8 @@ const NEIGHBORS: usize = 8;
 const EPSILON_FACTOR: f32 = 0.2;
 
 /// Which formulation of the unwrapping and the conformality term is minimised.
-#[derive(Config, Debug, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Objective {
     /// As in the paper: Q itself is spread out by ε = 0.2·L(Q)/√N, and conformality is asked
     /// of f and g.
@@ -135,7 +138,10 @@ impl<B: Backend> Losses<B> {
             terms.push((LossTerm::Wrap, chamfer.larger()));
             if objective == Objective::Reference {
                 terms.push((LossTerm::UnwrapQHat, spread(deform.q_hat.clone())));
-                terms.push((LossTerm::UnwrapQHatCycle, spread(deform.q_hat_cycle.clone())));
+                terms.push((
+                    LossTerm::UnwrapQHatCycle,
+                    spread(deform.q_hat_cycle.clone()),
+                ));
             }
             terms.push((
                 LossTerm::CycleUv,
@@ -154,10 +160,7 @@ impl<B: Backend> Losses<B> {
                     normal_loss(normals, unwrap.p_cycle_normals),
                 ));
             }
-            terms.push((
-                LossTerm::ConformalityF,
-                conformality_loss(unwrap.jacobian),
-            ));
+            terms.push((LossTerm::ConformalityF, conformality_loss(unwrap.jacobian)));
         }
         Self { terms }
     }

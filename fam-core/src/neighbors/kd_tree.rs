@@ -90,10 +90,7 @@ fn finite<const D: usize>(points: &[[f32; D]]) -> Vec<[f32; D]> {
 pub(crate) fn rows<B: Backend, const D: usize>(tensor: Tensor<B, 2>) -> Vec<[f32; D]> {
     let data = tensor.into_data().convert::<f32>();
     let values = data.as_slice::<f32>().expect("converted to f32");
-    values
-        .as_chunks::<D>()
-        .0
-        .to_vec()
+    values.as_chunks::<D>().0.to_vec()
 }
 
 fn index_tensor<B: Backend>(indices: Vec<u32>, device: &B::Device) -> Tensor<B, 1, Int> {
@@ -152,7 +149,12 @@ mod tests {
         let same = vec![[0.5f32; 3]; 5_000];
         let others = nearest_others(&same, 3);
         assert_eq!(others.len(), 15_000);
-        assert!(others.chunks(3).enumerate().all(|(i, row)| !row.contains(&(i as u32))));
+        assert!(
+            others
+                .chunks(3)
+                .enumerate()
+                .all(|(i, row)| !row.contains(&(i as u32)))
+        );
         let broken = vec![[f32::NAN; 2]; 100];
         assert_eq!(nearest(&broken, &broken).len(), 100);
         assert_eq!(nearest_others(&broken, 8).len(), 800);

@@ -8,6 +8,7 @@ mod kd_tree;
 
 use burn::tensor::{Int, Tensor, backend::Backend};
 
+pub(crate) use kd_tree::rows;
 pub use kd_tree::{KdTree, nearest, nearest_others};
 
 /// Finds nearest neighbours in Euclidean distance.

@@ -17,8 +17,6 @@ impl<B: Backend> CutNet<B> {
     /// P `[N, 3]` → P_cut `[N, 3]`.
     pub fn forward(&self, p: Tensor<B, 2>) -> Tensor<B, 2> {
         let latent = self.mlp_1.forward(p.clone());
-        self.mlp_2
-            .forward(Tensor::cat(vec![p.clone(), latent], 1))
-            + p
+        self.mlp_2.forward(Tensor::cat(vec![p.clone(), latent], 1)) + p
     }
 }

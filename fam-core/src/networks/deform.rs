@@ -17,8 +17,6 @@ impl<B: Backend> DeformNet<B> {
     /// G `[N, 2]` → Q̂ `[N, 2]`.
     pub fn forward(&self, g: Tensor<B, 2>) -> Tensor<B, 2> {
         let latent = self.mlp_1.forward(g.clone());
-        self.mlp_2
-            .forward(Tensor::cat(vec![g.clone(), latent], 1))
-            + g
+        self.mlp_2.forward(Tensor::cat(vec![g.clone(), latent], 1)) + g
     }
 }

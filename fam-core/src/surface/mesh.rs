@@ -1,4 +1,4 @@
-use super::vector::{add, cross, length, normalize, scale, sub};
+use super::vector::{add, cross, length, normalize, sub};
 use super::{SurfaceError, point_cloud::check_positions};
 
 /// A triangle mesh: vertices, and triangles that index them.
@@ -17,10 +17,7 @@ impl TriangleMesh {
     ///
     /// # Errors
     /// No vertices, no triangles, a coordinate that is not finite, or an index out of range.
-    pub fn new(
-        positions: Vec<[f64; 3]>,
-        triangles: Vec<[u32; 3]>,
-    ) -> Result<Self, SurfaceError> {
+    pub fn new(positions: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Result<Self, SurfaceError> {
         check_positions(&positions)?;
         if triangles.is_empty() {
             return Err(SurfaceError::NoFaces);
@@ -101,10 +98,15 @@ impl TriangleMesh {
         sums.into_iter().map(normalize).collect()
     }
 
-    /// The centre of triangle `t`.
-    pub fn centroid(&self, t: usize) -> [f64; 3] {
-        let [a, b, c] = self.corners(t);
-        scale(add(add(a, b), c), 1.0 / 3.0)
+    /// The vertices that belong to a triangle, ascending.
+    pub fn used_vertices(&self) -> Vec<u32> {
+        let mut used = vec![false; self.positions.len()];
+        for &v in self.triangles.iter().flatten() {
+            used[v as usize] = true;
+        }
+        (0..self.positions.len() as u32)
+            .filter(|&v| used[v as usize])
+            .collect()
     }
 }
 

@@ -33,6 +33,22 @@ impl Surface {
             Surface::PointCloud(cloud) => cloud.points(),
         }
     }
+
+    /// How the surface is brought into the unit ball; vertices outside all triangles do not
+    /// count.
+    ///
+    /// # Errors
+    /// All points coincide.
+    pub fn normalization(&self) -> Result<Normalization, SurfaceError> {
+        match self {
+            Surface::Mesh(mesh) => {
+                let used = mesh.used_vertices();
+                let points: Vec<_> = used.iter().map(|&v| mesh.positions()[v as usize]).collect();
+                Normalization::of(&points)
+            }
+            Surface::PointCloud(cloud) => Normalization::of(cloud.points()),
+        }
+    }
 }
 
 /// Why a mesh, a cloud or a UV map could not be built from its parts.

@@ -32,7 +32,10 @@ impl Normalization {
             .iter()
             .map(|&p| vector::length(vector::sub(p, center)))
             .fold(0.0, f64::max);
-        let magnitude = low.iter().chain(&high).fold(0.0, |m: f64, c| m.max(c.abs()));
+        let magnitude = low
+            .iter()
+            .chain(&high)
+            .fold(0.0, |m: f64, c| m.max(c.abs()));
         if !radius.is_finite() || radius <= 4.0 * f64::EPSILON * magnitude {
             return Err(SurfaceError::SinglePoint);
         }

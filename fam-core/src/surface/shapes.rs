@@ -138,8 +138,8 @@ mod tests {
         }
         assert_eq!(steps, next.len(), "one loop visits every boundary vertex");
         // Euler characteristic of a Möbius strip: V − E + F = 0.
-        let euler = mesh.positions().len() as i64 - edges.len() as i64
-            + mesh.triangles().len() as i64;
+        let euler =
+            mesh.positions().len() as i64 - edges.len() as i64 + mesh.triangles().len() as i64;
         assert_eq!(euler, 0);
     }
 }

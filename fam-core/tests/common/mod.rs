@@ -63,11 +63,7 @@ pub fn host<B: AutodiffBackend, const D: usize>(tensor: &Tensor<B, D>) -> Vec<f3
     tensor.to_data().convert::<f32>().to_vec().unwrap()
 }
 
-fn jacobian_matches<B: AutodiffBackend>(
-    reference: &Reference,
-    jacobian: &Jacobian<B>,
-    map: &str,
-) {
+fn jacobian_matches<B: AutodiffBackend>(reference: &Reference, jacobian: &Jacobian<B>, map: &str) {
     reference.check(&format!("{map}_u"), &host(&jacobian.u));
     reference.check(&format!("{map}_v"), &host(&jacobian.v));
     let [larger, smaller] = FirstFundamentalForm::of(jacobian.clone()).eigenvalues();

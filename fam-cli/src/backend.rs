@@ -1,0 +1,200 @@
+//! The concrete backends: which are compiled in, which is chosen, and calling into one.
+
+use burn::tensor::backend::AutodiffBackend;
+
+use crate::args::BackendName;
+use crate::failure::Failure;
+
+/// A backend to compute on.
+#[derive(Debug, Clone)]
+pub enum Backend {
+    /// The CPU, by burn-ndarray.
+    #[cfg(feature = "ndarray")]
+    Ndarray,
+    /// A graphics adapter, by burn-wgpu.
+    #[cfg(feature = "wgpu")]
+    Wgpu {
+        device: burn_wgpu::WgpuDevice,
+        adapter: String,
+    },
+}
+
+/// A computation that runs on any backend.
+pub trait Job {
+    type Output;
+
+    fn run<B: AutodiffBackend>(self, device: &B::Device) -> Self::Output;
+}
+
+impl Backend {
+    /// The backend that the user's choice stands for.
+    pub fn choose(name: BackendName) -> Result<Self, Failure> {
+        match name {
+            BackendName::Auto => auto(),
+            BackendName::Ndarray => ndarray(),
+            BackendName::Wgpu => wgpu(),
+        }
+    }
+
+    /// Runs a job on this backend.
+    pub fn run<J: Job>(&self, job: J) -> J::Output {
+        match self {
+            #[cfg(feature = "ndarray")]
+            Self::Ndarray => {
+                job.run::<burn_autodiff::Autodiff<burn_ndarray::NdArray>>(&Default::default())
+            }
+            #[cfg(feature = "wgpu")]
+            Self::Wgpu { device, .. } => {
+                job.run::<burn_autodiff::Autodiff<burn_wgpu::Wgpu>>(device)
+            }
+        }
+    }
+
+    /// The name on the command line.
+    pub fn name(&self) -> &'static str {
+        match self {
+            #[cfg(feature = "ndarray")]
+            Self::Ndarray => "ndarray",
+            #[cfg(feature = "wgpu")]
+            Self::Wgpu { .. } => "wgpu",
+        }
+    }
+}
+
+impl std::fmt::Display for Backend {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            #[cfg(feature = "ndarray")]
+            Self::Ndarray => f.write_str("ndarray (CPU)"),
+            #[cfg(feature = "wgpu")]
+            Self::Wgpu { adapter, .. } => write!(f, "wgpu ({adapter})"),
+        }
+    }
+}
+
+/// A real GPU if there is one, else the CPU.
+fn auto() -> Result<Backend, Failure> {
+    #[cfg(feature = "wgpu")]
+    if let Some(backend) = adapters::best(adapters::Kind::is_gpu) {
+        return Ok(backend);
+    }
+    ndarray()
+}
+
+#[cfg(feature = "ndarray")]
+fn ndarray() -> Result<Backend, Failure> {
+    Ok(Backend::Ndarray)
+}
+
+#[cfg(not(feature = "ndarray"))]
+fn ndarray() -> Result<Backend, Failure> {
+    Err(Failure::input("the backend ndarray is not compiled in"))
+}
+
+#[cfg(feature = "wgpu")]
+fn wgpu() -> Result<Backend, Failure> {
+    adapters::best(|_| true).ok_or_else(|| {
+        Failure::input("wgpu finds no graphics adapter; --backend ndarray runs on the CPU")
+    })
+}
+
+#[cfg(not(feature = "wgpu"))]
+fn wgpu() -> Result<Backend, Failure> {
+    Err(Failure::input("the backend wgpu is not compiled in"))
+}
+
+/// The graphics adapters that wgpu finds.
+#[cfg(feature = "wgpu")]
+pub mod adapters {
+    use burn_wgpu::WgpuDevice;
+    use burn_wgpu::graphics::{AutoGraphicsApi, GraphicsApi};
+
+    use super::Backend;
+
+    /// What an adapter is made of, best first.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum Kind {
+        Discrete,
+        Integrated,
+        Virtual,
+        Software,
+    }
+
+    impl Kind {
+        /// Whether it is hardware.
+        pub fn is_gpu(self) -> bool {
+            self != Kind::Software
+        }
+
+        /// How a table calls it.
+        pub fn label(self) -> &'static str {
+            match self {
+                Kind::Discrete => "discrete GPU",
+                Kind::Integrated => "integrated GPU",
+                Kind::Virtual => "virtual GPU",
+                Kind::Software => "software",
+            }
+        }
+    }
+
+    /// One adapter.
+    #[derive(Debug, Clone)]
+    pub struct Adapter {
+        pub kind: Kind,
+        pub name: String,
+        pub api: String,
+        pub device: WgpuDevice,
+    }
+
+    /// The adapters of the graphics API that Burn uses on this system, in its order.
+    pub fn find() -> Vec<Adapter> {
+        let api = AutoGraphicsApi::backend();
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+            backends: api.into(),
+            ..wgpu::InstanceDescriptor::new_without_display_handle()
+        });
+        let found = burn::tensor::try_read_sync(instance.enumerate_adapters(api.into()))
+            .unwrap_or_default();
+        let mut counts = [0; 3];
+        let mut next = |kind: usize| {
+            counts[kind] += 1;
+            counts[kind] - 1
+        };
+        found
+            .into_iter()
+            .map(|adapter| {
+                let info = adapter.get_info();
+                let (kind, device) = match info.device_type {
+                    wgpu::DeviceType::DiscreteGpu => {
+                        (Kind::Discrete, WgpuDevice::DiscreteGpu(next(0)))
+                    }
+                    wgpu::DeviceType::IntegratedGpu => {
+                        (Kind::Integrated, WgpuDevice::IntegratedGpu(next(1)))
+                    }
+                    wgpu::DeviceType::VirtualGpu => {
+                        (Kind::Virtual, WgpuDevice::VirtualGpu(next(2)))
+                    }
+                    _ => (Kind::Software, WgpuDevice::Cpu),
+                };
+                Adapter {
+                    kind,
+                    name: info.name,
+                    api: info.backend.to_string(),
+                    device,
+                }
+            })
+            .collect()
+    }
+
+    /// The best adapter of an accepted kind, the first of its kind.
+    pub fn best(accepted: impl Fn(Kind) -> bool) -> Option<Backend> {
+        let adapter = find()
+            .into_iter()
+            .filter(|adapter| accepted(adapter.kind))
+            .min_by_key(|adapter| adapter.kind)?;
+        Some(Backend::Wgpu {
+            device: adapter.device,
+            adapter: adapter.name,
+        })
+    }
+}

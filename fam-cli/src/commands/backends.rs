@@ -1,0 +1,28 @@
+use std::process::ExitCode;
+
+use crate::args::BackendName;
+use crate::backend::Backend;
+use crate::failure::Failure;
+
+/// Prints the backends compiled in, the adapters found, and what `auto` takes.
+pub fn backends() -> Result<ExitCode, Failure> {
+    #[cfg(feature = "ndarray")]
+    println!("ndarray  the CPU");
+    #[cfg(feature = "wgpu")]
+    {
+        let adapters = crate::backend::adapters::find();
+        if adapters.is_empty() {
+            println!("wgpu     no adapter found");
+        }
+        for adapter in adapters {
+            println!(
+                "wgpu     {} ({}, {})",
+                adapter.name,
+                adapter.kind.label(),
+                adapter.api
+            );
+        }
+    }
+    println!("auto     takes {}", Backend::choose(BackendName::Auto)?);
+    Ok(ExitCode::SUCCESS)
+}

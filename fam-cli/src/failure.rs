@@ -1,0 +1,40 @@
+//! What ends a command early.
+
+use std::fmt;
+use std::process::ExitCode;
+
+/// One line for standard error, and an exit code.
+#[derive(Debug)]
+pub enum Failure {
+    /// The input or the call cannot be worked with: exit code 2.
+    Input(String),
+    /// The work itself failed: exit code 1.
+    Work(String),
+}
+
+impl Failure {
+    /// An input that cannot be worked with.
+    pub fn input(reason: impl fmt::Display) -> Self {
+        Self::Input(reason.to_string())
+    }
+
+    /// Work that failed.
+    pub fn work(reason: impl fmt::Display) -> Self {
+        Self::Work(reason.to_string())
+    }
+
+    /// The exit code that tells a script which of the two it was.
+    pub fn exit_code(&self) -> ExitCode {
+        match self {
+            Self::Input(_) => ExitCode::from(2),
+            Self::Work(_) => ExitCode::from(1),
+        }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (Self::Input(reason) | Self::Work(reason)) = self;
+        f.write_str(reason)
+    }
+}

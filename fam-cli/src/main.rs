@@ -1,0 +1,37 @@
+//! `fam`: UVs for any mesh or point cloud.
+
+mod args;
+mod backend;
+mod commands;
+mod config;
+mod failure;
+mod output;
+mod progress;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{Arguments, Command};
+
+/// Large temporaries come and go in every training step; this allocator keeps their pages.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let result = match arguments.command {
+        None => commands::unwrap(args::Unwrap::default()),
+        Some(Command::Unwrap(arguments)) => commands::unwrap(arguments),
+        Some(Command::Map(arguments)) => commands::map(&arguments),
+        Some(Command::Metrics(arguments)) => commands::metrics(&arguments),
+        Some(Command::Backends) => commands::backends(),
+    };
+    match result {
+        Ok(code) => code,
+        Err(failure) => {
+            eprintln!("fam: {failure}");
+            failure.exit_code()
+        }
+    }
+}

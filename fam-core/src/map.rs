@@ -1,0 +1,271 @@
+//! A trained parameterization: UV coordinates for any points, saved and loaded whole.
+
+use std::collections::HashMap;
+
+use burn::tensor::{Tensor, TensorData, backend::Backend};
+use safetensors::tensor::{Dtype, SafeTensors, TensorView};
+use serde::{Deserialize, Serialize};
+
+use crate::cycles::lattice;
+use crate::neighbors::{nearest, rows};
+use crate::networks::FlattenAnything;
+use crate::surface::{Normalization, Surface, TriangleMesh};
+use crate::training::{Ablation, TrainingConfig};
+use crate::weights::{self, Naming, WeightsError};
+
+/// Points evaluated at once: bounds memory to some tens of MB at the paper's widths.
+const BATCH: usize = 16_384;
+
+/// Version of the metadata that a model file carries.
+const FORMAT_VERSION: u32 = 1;
+
+/// The key of that metadata. It is the only one: the container keeps its keys in no order,
+/// and the same model is to give the same bytes.
+const METADATA_KEY: &str = "flatten_anything";
+
+/// A trained map from the surface to the plane.
+#[derive(Debug, Clone)]
+pub struct TrainedMap<B: Backend> {
+    model: FlattenAnything<B>,
+    config: TrainingConfig,
+    normalization: Normalization,
+    frame: UvFrame,
+    device: B::Device,
+}
+
+/// Places the networks' UV coordinates in the unit square: q ↦ (± q − corner) / side.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct UvFrame {
+    /// Whether u changes sign first.
+    pub mirrored: bool,
+    /// Lower left corner of the bounding box.
+    pub corner: [f32; 2],
+    /// Longer side of the bounding box.
+    pub side: f32,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Metadata {
+    version: u32,
+    config: TrainingConfig,
+    normalization: Normalization,
+    frame: UvFrame,
+}
+
+/// Why a model file could not be read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum ModelFileError {
+    /// The weights are missing or broken.
+    #[error(transparent)]
+    Weights(#[from] WeightsError),
+    /// The metadata is missing or broken.
+    #[error("it is no model of Flatten Anything: {0}")]
+    Metadata(String),
+}
+
+impl UvFrame {
+    /// The networks' own coordinates.
+    const IDENTITY: Self = Self {
+        mirrored: false,
+        corner: [0.0; 2],
+        side: 1.0,
+    };
+
+    /// The frame that puts `q` into the unit square, touching two sides at the corner (0, 0).
+    fn around(q: &[[f32; 2]], mirrored: bool) -> Self {
+        let sign = if mirrored { -1.0 } else { 1.0 };
+        let mut low = [f32::INFINITY; 2];
+        let mut high = [f32::NEG_INFINITY; 2];
+        for [u, v] in q {
+            for (axis, c) in [u * sign, *v].into_iter().enumerate() {
+                low[axis] = low[axis].min(c);
+                high[axis] = high[axis].max(c);
+            }
+        }
+        let side = (high[0] - low[0]).max(high[1] - low[1]);
+        if !side.is_finite() || side <= 0.0 {
+            return Self::IDENTITY;
+        }
+        Self {
+            mirrored,
+            corner: low,
+            side,
+        }
+    }
+
+    fn place(&self, [u, v]: [f32; 2]) -> [f32; 2] {
+        let u = if self.mirrored { -u } else { u };
+        [
+            (u - self.corner[0]) / self.side,
+            (v - self.corner[1]) / self.side,
+        ]
+    }
+}
+
+/// Surface area whose image in the plane is turned over, less the area whose image is not.
+fn mirrored_area(mesh: &TriangleMesh, q: &[[f32; 2]]) -> f64 {
+    let signed = |(triangle, area): (&[u32; 3], f64)| {
+        let [a, b, c] = triangle.map(|v| q[v as usize].map(f64::from));
+        let cross = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+        if cross < 0.0 { area } else { -area }
+    };
+    mesh.triangles()
+        .iter()
+        .zip(mesh.triangle_areas())
+        .map(signed)
+        .sum()
+}
+
+impl<B: Backend> TrainedMap<B> {
+    pub(crate) fn new(
+        model: FlattenAnything<B>,
+        config: TrainingConfig,
+        normalization: Normalization,
+        device: &B::Device,
+    ) -> Self {
+        Self {
+            model,
+            config,
+            normalization,
+            frame: UvFrame::IDENTITY,
+            device: device.clone(),
+        }
+    }
+
+    /// Sets the frame so that the UVs of a surface fill the unit square and, for a mesh, most of
+    /// its area is not mirrored.
+    pub(crate) fn fit_unit_square(&mut self, surface: &Surface) {
+        let q = self.unplaced(surface.positions());
+        self.frame = match surface {
+            Surface::PointCloud(_) => UvFrame::around(&q, false),
+            Surface::Mesh(mesh) => {
+                let used = mesh.used_vertices();
+                let used: Vec<_> = used.iter().map(|&v| q[v as usize]).collect();
+                UvFrame::around(&used, mirrored_area(mesh, &q) > 0.0)
+            }
+        };
+    }
+
+    /// UV coordinates of points in input units, row by row.
+    ///
+    /// The training surface's vertices lie in the unit square; other points may lie outside.
+    pub fn uvs(&self, points: &[[f64; 3]]) -> Vec<[f32; 2]> {
+        let q = self.unplaced(points);
+        q.into_iter().map(|q| self.frame.place(q)).collect()
+    }
+
+    /// How the map was trained.
+    pub fn config(&self) -> &TrainingConfig {
+        &self.config
+    }
+
+    /// How input units relate to the networks' unit ball.
+    pub fn normalization(&self) -> &Normalization {
+        &self.normalization
+    }
+
+    /// Q of points in input units, in the networks' own frame.
+    fn unplaced(&self, points: &[[f64; 3]]) -> Vec<[f32; 2]> {
+        match self.config.without {
+            Ablation::UnwrapBranch => self.nearest_q_hat(points),
+            without => points
+                .chunks(BATCH)
+                .flat_map(|chunk| {
+                    let p = self.normalized(chunk);
+                    rows::<B, 2>(self.model.unwrap(p, without != Ablation::CutNet))
+                })
+                .collect(),
+        }
+    }
+
+    /// For each point the Q̂ of the nearest P̂: all there is without the 3D→2D→3D branch.
+    fn nearest_q_hat(&self, points: &[[f64; 3]]) -> Vec<[f32; 2]> {
+        let grid = lattice(self.config.points);
+        let shape = [grid.len(), 2];
+        let grid = TensorData::new(grid.into_flattened(), shape);
+        let q_hat = self
+            .model
+            .deform
+            .forward(Tensor::from_data(grid, &self.device));
+        let p_hat = rows::<B, 3>(self.model.wrap.forward(q_hat.clone()).points);
+        let q_hat = rows::<B, 2>(q_hat);
+        let queries: Vec<_> = points
+            .iter()
+            .map(|&p| self.normalization.apply(p))
+            .collect();
+        nearest(&p_hat, &queries)
+            .into_iter()
+            .map(|j| q_hat[j as usize])
+            .collect()
+    }
+
+    fn normalized(&self, points: &[[f64; 3]]) -> Tensor<B, 2> {
+        let values: Vec<f32> = points
+            .iter()
+            .flat_map(|&p| self.normalization.apply(p))
+            .collect();
+        Tensor::from_data(TensorData::new(values, [points.len(), 3]), &self.device)
+    }
+
+    /// The bytes of a safetensors file with the weights, and as its metadata the
+    /// configuration, the normalisation and the frame. The same map gives the same bytes.
+    ///
+    /// # Errors
+    /// The container refuses a tensor.
+    pub fn to_safetensors(&self) -> Result<Vec<u8>, ModelFileError> {
+        let metadata = Metadata {
+            version: FORMAT_VERSION,
+            config: self.config.clone(),
+            normalization: self.normalization,
+            frame: self.frame,
+        };
+        let metadata = serde_json::to_string(&metadata)
+            .map_err(|error| ModelFileError::Metadata(error.to_string()))?;
+        let tensors = weights::tensors(&self.model);
+        let views = tensors
+            .iter()
+            .map(|(name, shape, bytes)| {
+                let view = TensorView::new(Dtype::F32, shape.clone(), bytes)?;
+                Ok((name.as_str(), view))
+            })
+            .collect::<Result<Vec<_>, WeightsError>>()?;
+        let metadata = HashMap::from([(METADATA_KEY.to_string(), metadata)]);
+        let bytes = safetensors::serialize(views, Some(metadata)).map_err(WeightsError::from)?;
+        Ok(bytes)
+    }
+
+    /// The map that [`to_safetensors`](Self::to_safetensors) wrote.
+    ///
+    /// # Errors
+    /// The bytes are no such file, or a newer version wrote them.
+    pub fn from_safetensors(bytes: &[u8], device: &B::Device) -> Result<Self, ModelFileError> {
+        let (_, header) = SafeTensors::read_metadata(bytes).map_err(WeightsError::from)?;
+        let missing = || ModelFileError::Metadata("its metadata is missing".to_string());
+        let text = header
+            .metadata()
+            .as_ref()
+            .and_then(|metadata| metadata.get(METADATA_KEY))
+            .ok_or_else(missing)?;
+        let metadata: Metadata = serde_json::from_str(text)
+            .map_err(|error| ModelFileError::Metadata(error.to_string()))?;
+        if metadata.version != FORMAT_VERSION {
+            return Err(ModelFileError::Metadata(format!(
+                "version {} of its format is not supported",
+                metadata.version
+            )));
+        }
+        if let Some(problem) = metadata.config.problem() {
+            return Err(ModelFileError::Metadata(problem.to_string()));
+        }
+        let file = SafeTensors::deserialize(bytes).map_err(WeightsError::from)?;
+        let networks = &metadata.config.networks;
+        let mut map = Self::new(
+            weights::read(&file, networks, Naming::Own, device)?,
+            metadata.config,
+            metadata.normalization,
+            device,
+        );
+        map.frame = metadata.frame;
+        Ok(map)
+    }
+}

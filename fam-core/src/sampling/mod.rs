@@ -1,0 +1,159 @@
+//! The points P that training sees.
+
+mod farthest_point;
+mod poisson_disk;
+
+use rand::Rng;
+use rand::seq::index;
+use serde::{Deserialize, Serialize};
+
+use crate::surface::{Normalization, Surface, SurfaceError};
+
+pub use farthest_point::farthest_points;
+pub use poisson_disk::{SurfacePoint, poisson_disk};
+
+/// Where the training points of a mesh come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Sampling {
+    /// Evenly spread points on the triangles, drawn once.
+    PoissonDisk,
+    /// A uniform choice among the vertices, drawn anew for each iteration, as in the paper's
+    /// comparison with mesh methods.
+    Vertices,
+}
+
+/// Normalised points `[N, 3]` with their normals, if they have any.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sample {
+    /// Points in the unit ball.
+    pub points: Vec<[f32; 3]>,
+    /// One normal per point, of unit length or zero where none is known.
+    pub normals: Option<Vec<[f32; 3]>>,
+}
+
+/// Supplies the points of each training iteration: at most a given number of them, the same
+/// ones again or a fresh choice from a larger pool.
+#[derive(Debug, Clone)]
+pub struct PointSource {
+    pool: Sample,
+    count: usize,
+}
+
+impl PointSource {
+    /// A source of `count` points on a surface; a mesh is sampled as `sampling` says, a
+    /// cloud is its own pool.
+    ///
+    /// # Errors
+    /// The surface has no area (a mesh) or no extent (a cloud).
+    pub fn new(
+        surface: &Surface,
+        normalization: &Normalization,
+        sampling: Sampling,
+        count: usize,
+        rng: &mut impl Rng,
+    ) -> Result<Self, SurfaceError> {
+        let (points, normals) = match surface {
+            Surface::PointCloud(cloud) => {
+                (cloud.points().to_vec(), cloud.normals().map(<[_]>::to_vec))
+            }
+            Surface::Mesh(mesh) => match sampling {
+                Sampling::Vertices => {
+                    let used = mesh.used_vertices();
+                    let normals = mesh.vertex_normals();
+                    (
+                        used.iter().map(|&v| mesh.positions()[v as usize]).collect(),
+                        Some(used.iter().map(|&v| normals[v as usize]).collect()),
+                    )
+                }
+                Sampling::PoissonDisk => {
+                    let candidates = poisson_disk(mesh, count, rng)?;
+                    let positions: Vec<_> = candidates.iter().map(|p| p.position).collect();
+                    let chosen = farthest_points(&positions, count);
+                    (
+                        chosen.iter().map(|&i| positions[i]).collect(),
+                        Some(chosen.iter().map(|&i| candidates[i].normal).collect()),
+                    )
+                }
+            },
+        };
+        let pool = Sample {
+            points: points.iter().map(|&p| normalization.apply(p)).collect(),
+            normals: normals.map(|normals| {
+                let unit = crate::surface::vector::normalize;
+                normals
+                    .into_iter()
+                    .map(|n: [f64; 3]| unit(n).map(|c| c as f32))
+                    .collect()
+            }),
+        };
+        Ok(Self { pool, count })
+    }
+
+    /// How many points each iteration gets.
+    pub fn count(&self) -> usize {
+        self.count.min(self.pool.points.len())
+    }
+
+    /// Whether every iteration gets the same points.
+    pub fn is_fixed(&self) -> bool {
+        self.pool.points.len() <= self.count
+    }
+
+    /// The points of one iteration.
+    pub fn draw(&self, rng: &mut impl Rng) -> Sample {
+        if self.is_fixed() {
+            return self.pool.clone();
+        }
+        let chosen = index::sample(rng, self.pool.points.len(), self.count);
+        let choose = |rows: &[[f32; 3]]| chosen.iter().map(|i| rows[i]).collect();
+        Sample {
+            points: choose(&self.pool.points),
+            normals: self.pool.normals.as_deref().map(choose),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface::{PointCloud, shapes};
+    use rand::SeedableRng;
+    use rand_pcg::Pcg64;
+
+    fn source(surface: &Surface, sampling: Sampling, count: usize) -> PointSource {
+        let normalization = Normalization::of(surface.positions()).unwrap();
+        let mut rng = Pcg64::seed_from_u64(1);
+        PointSource::new(surface, &normalization, sampling, count, &mut rng).unwrap()
+    }
+
+    #[test]
+    fn a_mesh_gives_exactly_the_points_asked_for() {
+        let mesh = Surface::Mesh(shapes::torus(2.0, 0.8, 60, 30));
+        let mut rng = Pcg64::seed_from_u64(2);
+        for sampling in [Sampling::PoissonDisk, Sampling::Vertices] {
+            let source = source(&mesh, sampling, 500);
+            let sample = source.draw(&mut rng);
+            assert_eq!(sample.points.len(), 500);
+            let length = |p: &[f32; 3]| p.iter().map(|c| c * c).sum::<f32>().sqrt();
+            assert!(sample.points.iter().all(|p| length(p) < 1.0 + 1e-5));
+            let normals = sample.normals.unwrap();
+            assert!(normals.iter().all(|n| (length(n) - 1.0).abs() < 1e-5));
+        }
+    }
+
+    #[test]
+    fn large_pools_are_drawn_from_anew_and_without_repetition() {
+        let points: Vec<_> = (0..1000).map(|i| [f64::from(i), 0.0, 0.0]).collect();
+        let cloud = Surface::PointCloud(PointCloud::new(points, None).unwrap());
+        let source = source(&cloud, Sampling::PoissonDisk, 100);
+        let mut rng = Pcg64::seed_from_u64(3);
+        let (a, b) = (source.draw(&mut rng), source.draw(&mut rng));
+        assert_ne!(a, b);
+        let mut values: Vec<u32> = a.points.iter().map(|p| p[0].to_bits()).collect();
+        values.sort_unstable();
+        values.dedup();
+        assert_eq!(values.len(), 100);
+        assert!(a.normals.is_none());
+    }
+}

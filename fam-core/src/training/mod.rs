@@ -1,0 +1,7 @@
+//! Training of the Flatten Anything Model on one surface.
+
+mod config;
+mod trainer;
+
+pub use config::{Ablation, TrainingConfig};
+pub use trainer::{Step, Trainer, TrainingError, train};
