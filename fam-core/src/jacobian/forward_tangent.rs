@@ -1,4 +1,4 @@
-use burn::tensor::{Tensor, TensorData, backend::Backend};
+use burn::tensor::{FloatDType, Tensor, TensorData, backend::Backend};
 
 use super::Jacobian;
 use crate::networks::{WrapNet, Wrapped};
@@ -6,9 +6,10 @@ use crate::networks::{WrapNet, Wrapped};
 pub(super) fn wrap<B: Backend>(net: &WrapNet<B>, q: Tensor<B, 2>) -> (Wrapped<B>, Jacobian<B>) {
     let [n, _] = q.dims();
     let device = q.device();
+    let dtype: FloatDType = q.dtype().into();
     let (wrapped, slopes) = net.forward_with_slopes(q);
     let push = |unit: [f32; 2]| {
-        let tangent = Tensor::<B, 2>::from_data(TensorData::from([unit]), &device);
+        let tangent = Tensor::<B, 2>::from_data(TensorData::from([unit]), &device).cast(dtype);
         net.push_tangent(tangent.repeat_dim(0, n), &slopes)
     };
     let jacobian = Jacobian {

@@ -46,3 +46,48 @@ impl<B: Backend> FirstFundamentalForm<B> {
         ]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use burn_ndarray::NdArray;
+
+    type Cpu = NdArray<f32>;
+
+    fn form(u: [f32; 3], v: [f32; 3]) -> [f32; 2] {
+        let device = Default::default();
+        let row = |r: [f32; 3]| Tensor::<Cpu, 2>::from_data([r], &device);
+        let form = FirstFundamentalForm::of(Jacobian {
+            u: row(u),
+            v: row(v),
+        });
+        form.eigenvalues().map(|t| t.into_scalar())
+    }
+
+    #[test]
+    fn eigenvalues_are_squared_singular_values() {
+        // The unit cylinder (cos u, sin u, v): an isometry.
+        let angle = 0.7f32;
+        let [larger, smaller] = form([-angle.sin(), angle.cos(), 0.0], [0.0, 0.0, 1.0]);
+        assert!((larger - 1.0).abs() < 1e-6 && (smaller - 1.0).abs() < 1e-6);
+        // An ellipse of half axes 3 and 2, turned by 30 degrees in the parameter plane.
+        let (c, s) = (0.75f32.sqrt(), 0.5);
+        let [larger, smaller] = form([3.0 * c, 2.0 * s, 0.0], [-3.0 * s, 2.0 * c, 0.0]);
+        assert!((larger - 9.0).abs() < 1e-5 && (smaller - 4.0).abs() < 1e-5);
+        // A fold: no area.
+        let [larger, smaller] = form([1.0, 1.0, 0.0], [2.0, 2.0, 0.0]);
+        assert!((larger - 10.0).abs() < 1e-5 && smaller.abs() < 1e-5);
+    }
+
+    #[test]
+    fn a_conformal_point_has_a_finite_gradient() {
+        type Tracked = burn_autodiff::Autodiff<Cpu>;
+        let device = Default::default();
+        let u = Tensor::<Tracked, 2>::from_data([[1.0, 0.0, 0.0]], &device).require_grad();
+        let v = Tensor::<Tracked, 2>::from_data([[0.0, 1.0, 0.0]], &device);
+        let form = FirstFundamentalForm::of(Jacobian { u: u.clone(), v });
+        let gradients = form.eigenvalue_gap().sum().backward();
+        let gradient = u.grad(&gradients).unwrap().into_data();
+        assert_eq!(gradient.to_vec::<f32>().unwrap(), [0.0; 3]);
+    }
+}

@@ -1,5 +1,5 @@
 use burn::config::Config;
-use burn::tensor::{Tensor, backend::Backend};
+use burn::tensor::{FloatDType, Tensor, backend::Backend};
 
 use serde::{Deserialize, Serialize};
 
@@ -126,7 +126,8 @@ impl<B: Backend> Losses<B> {
             }
             Objective::Reference => {
                 let threshold = repulsion_threshold(lattice_size);
-                let epsilon = Tensor::full([1], threshold, &q.device());
+                let dtype: FloatDType = q.dtype().into();
+                let epsilon = Tensor::<B, 1>::full([1], threshold, &q.device()).cast(dtype);
                 spread_loss(search, bounding_box_normalized(q), epsilon)
             }
         };

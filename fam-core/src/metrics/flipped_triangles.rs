@@ -3,7 +3,8 @@ use super::layout::Layout;
 
 /// How many triangles are oriented in UV space against the majority of their chart.
 ///
-/// The majority is that of UV area, counter-clockwise if the two are equal. Windings are
+/// The majority is that of their number, counter-clockwise if the two are equal: by UV area,
+/// a few triangles that a map smears across the plane would outvote all others. Windings are
 /// made coherent across the edges that join a chart, so that a mesh of mixed winding, such
 /// as a Möbius strip, has a layout without flipped triangles.
 pub(super) fn flipped_triangles(layout: &Layout, charts: &Charts) -> usize {
@@ -14,18 +15,16 @@ pub(super) fn flipped_triangles(layout: &Layout, charts: &Charts) -> usize {
             (chart, if opposed { -area } else { area })
         })
         .collect();
-    let mut chart_areas = vec![0.0; layout.len()];
+    let sign = |area: f64| i64::from(area > 0.0) - i64::from(area < 0.0);
+    let mut balance = vec![0; layout.len()];
     for &(chart, area) in &oriented {
-        chart_areas[chart] += area;
+        balance[chart] += sign(area);
     }
     oriented
         .iter()
         .filter(|&&(chart, area)| {
-            if chart_areas[chart] < 0.0 {
-                area > 0.0
-            } else {
-                area < 0.0
-            }
+            let majority = if balance[chart] < 0 { -1 } else { 1 };
+            sign(area) == -majority
         })
         .count()
 }

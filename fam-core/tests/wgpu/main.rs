@@ -1,10 +1,11 @@
 //! The model and its losses against reference numbers, on wgpu.
 
-mod common;
+#[path = "../reference_numbers/mod.rs"]
+mod reference_numbers;
 
 use burn_autodiff::Autodiff;
 use burn_wgpu::{Wgpu, WgpuDevice};
-use common::{Reference, all_combinations};
+use reference_numbers::{Reference, all_combinations};
 
 /// A wgpu adapter, software ones included.
 ///

@@ -20,7 +20,7 @@ pub struct Reference {
 impl Reference {
     pub fn small() -> Self {
         Self {
-            bytes: include_bytes!("../data/small.safetensors").to_vec(),
+            bytes: include_bytes!("small.safetensors").to_vec(),
         }
     }
 

@@ -1,18 +1,19 @@
-//! The model and its losses against reference numbers, on ndarray. `data/small.safetensors` holds
+//! The model and its losses against reference numbers, on ndarray. `small.safetensors` holds
 //! widths of 16; a larger file with the paper's widths is used where it is present.
-
-mod common;
 
 use std::path::Path;
 
+use crate::reference_numbers::{
+    Reference, TOLERANCE, all_combinations, host, matches, relative_error,
+};
 use burn::module::AutodiffModule;
 use burn_autodiff::Autodiff;
 use burn_ndarray::NdArray;
-use common::{Reference, TOLERANCE, all_combinations, host, matches, relative_error};
 use fam_core::cycles::lattice;
 use fam_core::jacobian::JacobianMode;
 use fam_core::losses::Objective;
 use fam_core::networks::FlattenAnything;
+use fam_core::seams::{SeamRule, SeamThreshold, Seams};
 
 type Cpu = Autodiff<NdArray>;
 
@@ -40,6 +41,20 @@ fn the_lattice_is_the_reference_grid() {
     let (expected, shape) = Reference::small().values("grid");
     let found: Vec<f32> = lattice(shape[0]).into_iter().flatten().collect();
     assert!(relative_error(&found, &expected) < 1e-6);
+}
+
+#[test]
+fn seam_points_by_the_papers_rule_are_the_reference_mask() {
+    let reference = Reference::small();
+    let rows = |name: &str| reference.values(name).0;
+    let points: Vec<[f32; 3]> = rows("points").as_chunks().0.to_vec();
+    let uvs: Vec<[f32; 2]> = rows("q").as_chunks().0.to_vec();
+    let threshold = SeamThreshold::of(SeamRule::Paper, &points, &uvs);
+    let seams = Seams::of_points(&points, &uvs, threshold);
+    let mask = rows("seam_mask");
+    let expected: Vec<u32> = (0..400).filter(|&i| mask[i as usize] == 1.0).collect();
+    assert_eq!(expected.len(), 381);
+    assert_eq!(seams.points, expected);
 }
 
 #[test]

@@ -1,0 +1,207 @@
+//! Gradients against finite differences, in 64-bit floats: the Jacobian of Wrap-Net, and the
+//! derivative of the whole objective with respect to the weights.
+
+use crate::reference_numbers::Reference;
+use burn::module::{AutodiffModule, Module, ModuleMapper, ModuleVisitor, Param};
+use burn::tensor::backend::{AutodiffBackend, Backend};
+use burn::tensor::{ElementConversion, FloatDType, Tensor, TensorData};
+use burn_autodiff::Autodiff;
+use burn_ndarray::NdArray;
+use fam_core::jacobian::JacobianMode;
+use fam_core::losses::{LossWeights, Losses, Objective};
+use fam_core::neighbors::KdTree;
+use fam_core::networks::FlattenAnything;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+
+type Cpu = Autodiff<NdArray>;
+
+/// Small enough to cross no kink: the activations make Jacobians jump there.
+const STEP: f64 = 1e-8;
+const TOLERANCE: f64 = 1e-4;
+
+/// Moves every parameter to 64-bit floats.
+struct ToDouble;
+
+impl<B: Backend> ModuleMapper<B> for ToDouble {
+    fn map_float<const D: usize>(&mut self, param: Param<Tensor<B, D>>) -> Param<Tensor<B, D>> {
+        param.map(|tensor| tensor.cast(FloatDType::F64).detach().require_grad())
+    }
+}
+
+/// Moves every parameter along a random direction of unit entries.
+struct Move {
+    rng: Pcg64,
+    distance: f64,
+}
+
+impl<B: Backend> ModuleMapper<B> for Move {
+    fn map_float<const D: usize>(&mut self, param: Param<Tensor<B, D>>) -> Param<Tensor<B, D>> {
+        param.map(|tensor| {
+            let signs = signs(&mut self.rng, &tensor);
+            tensor + signs * self.distance
+        })
+    }
+}
+
+/// Sums gradient · direction over the same random direction.
+struct Slope<'a, B: AutodiffBackend> {
+    rng: Pcg64,
+    gradients: &'a B::Gradients,
+    total: f64,
+}
+
+impl<B: AutodiffBackend> ModuleVisitor<B> for Slope<'_, B> {
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<B, D>>) {
+        let value = param.val();
+        let signs = signs(&mut self.rng, &value).inner();
+        if let Some(gradient) = value.grad(self.gradients) {
+            self.total += (gradient * signs).sum().into_scalar().elem::<f64>();
+        }
+    }
+}
+
+fn signs<B: Backend, const D: usize>(rng: &mut Pcg64, like: &Tensor<B, D>) -> Tensor<B, D> {
+    let count = like.shape().num_elements();
+    let values: Vec<f64> = (0..count)
+        .map(|_| if rng.random::<bool>() { 1.0 } else { -1.0 })
+        .collect();
+    let data = TensorData::new(values, like.shape());
+    Tensor::<B, D>::from_data(data, &like.device()).cast(FloatDType::F64)
+}
+
+struct Problem {
+    reference: Reference,
+    objective: Objective,
+    mode: JacobianMode,
+}
+
+impl Problem {
+    fn model(&self) -> FlattenAnything<Cpu> {
+        FlattenAnything::<Cpu>::from_reference(&self.reference.bytes, &Default::default())
+            .unwrap()
+            .map(&mut ToDouble)
+    }
+
+    fn input(&self, name: &str) -> Tensor<Cpu, 2> {
+        self.reference
+            .tensor::<Cpu>(name, &Default::default())
+            .cast(FloatDType::F64)
+    }
+
+    /// The weights that finite differences can follow: in the paper's objective ε moves with
+    /// L(Q) but is a constant for the gradient. The reference objective holds ε still, and
+    /// with it tests the same loss.
+    fn weights(&self) -> LossWeights {
+        match self.objective {
+            Objective::Paper => LossWeights::new().with_unwrap(0.0),
+            Objective::Reference => LossWeights::new(),
+        }
+    }
+
+    fn total(&self, model: &FlattenAnything<Cpu>, weights: &LossWeights) -> Tensor<Cpu, 1> {
+        let on_g = (self.objective == Objective::Paper).then_some(self.mode);
+        let deform = model.deform_branch(self.input("grid"), on_g, true);
+        let unwrap = model.unwrap_branch(self.input("points"), self.mode, true);
+        Losses::of(
+            self.objective,
+            self.input("points"),
+            Some(self.input("normals")),
+            Some(deform),
+            Some(unwrap),
+            &KdTree,
+        )
+        .total(weights)
+    }
+
+    /// The slope of the objective along a random direction: by finite differences, and by the
+    /// gradient of the objective with `differentiated` weights.
+    fn slopes(&self, seed: u64, differentiated: &LossWeights) -> (f64, f64) {
+        let rng = Pcg64::seed_from_u64(seed);
+        let at = |distance: f64| {
+            let mut step = Move {
+                rng: rng.clone(),
+                distance,
+            };
+            let moved = self.model().map(&mut step);
+            host_f64(&self.total(&moved, &self.weights()))
+        };
+        let finite = (at(STEP) - at(-STEP)) / (2.0 * STEP);
+        let model = self.model();
+        let gradients = self.total(&model, differentiated).backward();
+        let mut slope = Slope::<Cpu> {
+            rng,
+            gradients: &gradients,
+            total: 0.0,
+        };
+        model.visit(&mut slope);
+        (finite, slope.total)
+    }
+}
+
+fn host_f64(tensor: &Tensor<Cpu, 1>) -> f64 {
+    tensor.to_data().convert::<f64>().to_vec::<f64>().unwrap()[0]
+}
+
+fn relative(a: f64, b: f64) -> f64 {
+    (a - b).abs() / a.abs().max(b.abs()).max(1e-12)
+}
+
+#[test]
+fn objective_gradients_are_those_of_finite_differences() {
+    for objective in [Objective::Paper, Objective::Reference] {
+        for mode in [JacobianMode::DoubleBackward, JacobianMode::ForwardTangent] {
+            let problem = Problem {
+                reference: Reference::small(),
+                objective,
+                mode,
+            };
+            for seed in 0..3 {
+                let (finite, gradient) = problem.slopes(seed, &problem.weights());
+                let error = relative(finite, gradient);
+                assert!(
+                    error < TOLERANCE,
+                    "{objective:?} {mode:?}: {finite} against {gradient}"
+                );
+            }
+        }
+    }
+}
+
+/// The check above must notice a missing part of the gradient, however small its weight.
+#[test]
+fn a_gradient_without_the_conformality_term_is_noticed() {
+    let problem = Problem {
+        reference: Reference::small(),
+        objective: Objective::Paper,
+        mode: JacobianMode::DoubleBackward,
+    };
+    let without = problem.weights().with_conformality(0.0);
+    let (finite, gradient) = problem.slopes(0, &without);
+    assert!(relative(finite, gradient) > 100.0 * TOLERANCE);
+}
+
+#[test]
+fn jacobians_are_those_of_finite_differences() {
+    let problem = Problem {
+        reference: Reference::small(),
+        objective: Objective::Paper,
+        mode: JacobianMode::DoubleBackward,
+    };
+    let net = problem.model().valid().wrap;
+    let q = problem.input("q").inner();
+    let device = Default::default();
+    let shifted = |du: f64, dv: f64| {
+        let offset = Tensor::<NdArray, 2>::from_data([[du, dv]], &device);
+        net.forward(q.clone() + offset.cast(FloatDType::F64)).points
+    };
+    let finite_u = (shifted(STEP, 0.0) - shifted(-STEP, 0.0)) / (2.0 * STEP);
+    let finite_v = (shifted(0.0, STEP) - shifted(0.0, -STEP)) / (2.0 * STEP);
+    for mode in [JacobianMode::DoubleBackward, JacobianMode::ForwardTangent] {
+        let (_, jacobian) = mode.wrap(&net, q.clone());
+        for (found, expected) in [(jacobian.u, &finite_u), (jacobian.v, &finite_v)] {
+            let largest = (found - expected.clone()).abs().max().into_scalar();
+            assert!(f64::from(largest) < 1e-5, "{mode:?}: off by {largest}");
+        }
+    }
+}

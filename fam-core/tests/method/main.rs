@@ -1,0 +1,8 @@
+//! The method on ndarray, in one binary: its types take long to compile.
+
+#[path = "../reference_numbers/mod.rs"]
+mod reference_numbers;
+
+mod gradients;
+mod parity;
+mod training;

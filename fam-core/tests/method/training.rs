@@ -1,0 +1,324 @@
+//! Training from end to end on generated surfaces, small and short.
+
+use std::ops::ControlFlow;
+
+use burn::tensor::{Int, Tensor, backend::Backend};
+use burn_autodiff::Autodiff;
+use burn_ndarray::NdArray;
+use fam_core::losses::{LossTerm, LossWeights, Objective};
+use fam_core::map::TrainedMap;
+use fam_core::metrics::Metrics;
+use fam_core::neighbors::{NeighborSearch, nearest_others};
+use fam_core::networks::FlattenAnythingConfig;
+use fam_core::sampling::Sampling;
+use fam_core::surface::{PointCloud, Surface, TriangleMesh, UvMap, shapes};
+use fam_core::training::{Ablation, Step, Trainer, TrainingConfig, TrainingError, train};
+
+type Cpu = Autodiff<NdArray>;
+
+fn small(iterations: usize) -> TrainingConfig {
+    TrainingConfig {
+        points: 400,
+        iterations,
+        networks: FlattenAnythingConfig::new().with_width(64).with_latent(16),
+        learning_rate: 5e-3,
+        ..TrainingConfig::fast()
+    }
+}
+
+fn run(config: TrainingConfig, surface: &Surface) -> (TrainedMap<NdArray>, Step) {
+    let mut last = None;
+    let map = train::<Cpu>(config, surface, &Default::default(), |step| {
+        last = Some(step.clone());
+        ControlFlow::Continue(())
+    })
+    .unwrap();
+    (map, last.unwrap())
+}
+
+fn measure(map: &TrainedMap<NdArray>, mesh: &TriangleMesh) -> Metrics {
+    let uvs = map.uvs(mesh.positions());
+    let uvs = UvMap::new(uvs, mesh.triangles().to_vec()).unwrap();
+    Metrics::measure(mesh, &uvs).unwrap()
+}
+
+fn term(step: &Step, wanted: LossTerm) -> f32 {
+    step.terms
+        .iter()
+        .find(|(term, _)| *term == wanted)
+        .unwrap()
+        .1
+}
+
+/// Trains on a mesh and asserts the conformality of its vertices' map and the wrapping error.
+fn reaches(mesh: TriangleMesh, iterations: usize, conformality: f64, wrap: f32) {
+    let surface = Surface::Mesh(mesh.clone());
+    let (map, last) = run(small(iterations), &surface);
+    let metrics = measure(&map, &mesh);
+    let wrapped = term(&last, LossTerm::Wrap);
+    println!("conformality {}, wrap {wrapped}", metrics.conformality);
+    assert!(
+        metrics.conformality < conformality,
+        "conformality {}",
+        metrics.conformality
+    );
+    assert!(wrapped < wrap, "wrapping error {wrapped}");
+}
+
+#[test]
+fn torus() {
+    reaches(shapes::torus(1.0, 0.4, 60, 30), 700, 0.38, 0.055);
+}
+
+#[test]
+fn open_cylinder() {
+    reaches(shapes::open_cylinder(0.5, 1.5, 50, 24), 400, 0.2, 0.055);
+}
+
+#[test]
+fn moebius_strip() {
+    reaches(shapes::moebius_strip(0.8, 80, 12), 400, 0.28, 0.045);
+}
+
+/// An unoriented cloud of a gently curved sheet; the sheet's triangles, which training does not
+/// see, tell how conformal the map is.
+#[test]
+fn point_cloud() {
+    let flat = shapes::rectangle(2.0, 1.5, 24, 18);
+    let positions: Vec<_> = flat
+        .positions()
+        .iter()
+        .map(|[x, y, _]| [*x, *y, 0.25 * (1.5 * x).sin()])
+        .collect();
+    let sheet = TriangleMesh::new(positions.clone(), flat.triangles().to_vec()).unwrap();
+    let cloud = Surface::PointCloud(PointCloud::new(positions, None).unwrap());
+    let (map, last) = run(small(300), &cloud);
+    let metrics = measure(&map, &sheet);
+    let wrapped = term(&last, LossTerm::Wrap);
+    println!("conformality {}, wrap {wrapped}", metrics.conformality);
+    assert!(
+        metrics.conformality < 0.1,
+        "conformality {}",
+        metrics.conformality
+    );
+    assert!(wrapped < 0.03, "wrapping error {wrapped}");
+    assert!(
+        last.terms
+            .iter()
+            .all(|(term, _)| *term != LossTerm::CycleNormals)
+    );
+}
+
+#[test]
+fn one_seed_gives_one_result_and_another_gives_another() {
+    let surface = Surface::Mesh(shapes::torus(1.0, 0.4, 30, 16));
+    let bytes = |seed| {
+        let config = TrainingConfig { seed, ..small(5) };
+        run(config, &surface).0.to_safetensors().unwrap()
+    };
+    assert_eq!(bytes(7), bytes(7));
+    assert_ne!(bytes(7), bytes(8));
+}
+
+#[test]
+fn a_saved_map_gives_the_same_uvs() {
+    let mesh = shapes::torus(1.0, 0.4, 30, 16);
+    let surface = Surface::Mesh(mesh.clone());
+    for without in [Ablation::None, Ablation::UnwrapBranch, Ablation::CutNet] {
+        let (map, _) = run(
+            TrainingConfig {
+                without,
+                ..small(5)
+            },
+            &surface,
+        );
+        let bytes = map.to_safetensors().unwrap();
+        let loaded = TrainedMap::<NdArray>::from_safetensors(&bytes, &Default::default()).unwrap();
+        let uvs = map.uvs(mesh.positions());
+        assert_eq!(loaded.uvs(mesh.positions()), uvs);
+        assert_eq!(loaded.config(), map.config());
+        let longest = |axis: usize| uvs.iter().map(|q| q[axis]).fold(0.0f32, f32::max);
+        assert!(uvs.iter().flatten().all(|c| (0.0..=1.0 + 1e-6).contains(c)));
+        assert!((longest(0).max(longest(1)) - 1.0).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn damaged_model_files_are_errors() {
+    let surface = Surface::Mesh(shapes::torus(1.0, 0.4, 30, 16));
+    let bytes = run(small(1), &surface).0.to_safetensors().unwrap();
+    let load = |bytes: &[u8]| TrainedMap::<NdArray>::from_safetensors(bytes, &Default::default());
+    assert!(load(&bytes).is_ok());
+    for end in [0, 7, 8, 100, bytes.len() / 2, bytes.len() - 1] {
+        assert!(load(&bytes[..end]).is_err(), "cut at {end}");
+    }
+    let text = String::from_utf8_lossy(&bytes);
+    let at = text.find("cut.mlp_1.0.weight").unwrap();
+    let mut renamed = bytes.clone();
+    renamed[at..at + 3].copy_from_slice(b"gut");
+    assert!(
+        load(&renamed)
+            .unwrap_err()
+            .to_string()
+            .contains("cut.mlp_1.0.weight")
+    );
+}
+
+#[test]
+fn a_loss_that_is_not_finite_stops_at_the_last_good_weights() {
+    let mesh = shapes::torus(1.0, 0.4, 30, 16);
+    let surface = Surface::Mesh(mesh.clone());
+    let config = TrainingConfig {
+        // Overflows to infinity in 32 bits, and with it the first gradient.
+        weights: LossWeights::new().with_wrap(1e300),
+        ..small(10)
+    };
+    let mut trainer = Trainer::<Cpu>::new(config, &surface, &Default::default()).unwrap();
+    trainer.step().unwrap();
+    match trainer.step() {
+        Err(TrainingError::NonFiniteLoss { iteration, .. }) => assert_eq!(iteration, 1),
+        other => panic!("{other:?}"),
+    }
+    let map = trainer.finish(&surface);
+    assert!(
+        map.uvs(mesh.positions())
+            .iter()
+            .flatten()
+            .all(|c| c.is_finite())
+    );
+}
+
+#[test]
+fn every_variant_trains() {
+    let surface = Surface::Mesh(shapes::open_sphere(0.6, 30, 16));
+    let base = small(3);
+    let variants = [
+        TrainingConfig {
+            objective: Objective::Reference,
+            ..base.clone()
+        },
+        TrainingConfig {
+            without: Ablation::DeformBranch,
+            ..base.clone()
+        },
+        TrainingConfig {
+            without: Ablation::UnwrapBranch,
+            ..base.clone()
+        },
+        TrainingConfig {
+            without: Ablation::CutNet,
+            ..base.clone()
+        },
+        TrainingConfig {
+            sampling: Sampling::Vertices,
+            points: 100,
+            ..base.clone()
+        },
+        TrainingConfig {
+            normals: false,
+            ..base.clone()
+        },
+        // More points asked for than there are.
+        TrainingConfig {
+            sampling: Sampling::Vertices,
+            points: 5_000,
+            ..base
+        },
+    ];
+    for config in variants {
+        let (map, last) = run(config.clone(), &surface);
+        assert!(last.total.is_finite(), "{config:?}");
+        let has = |wanted| last.terms.iter().any(|(term, _)| *term == wanted);
+        assert_eq!(
+            has(LossTerm::Wrap),
+            config.without != Ablation::DeformBranch
+        );
+        assert_eq!(
+            has(LossTerm::Unwrap),
+            config.without != Ablation::UnwrapBranch
+        );
+        let with_normals = config.normals && config.without != Ablation::UnwrapBranch;
+        assert_eq!(has(LossTerm::CycleNormals), with_normals);
+        let on_g = config.objective == Objective::Paper && config.without != Ablation::DeformBranch;
+        assert_eq!(has(LossTerm::ConformalityG), on_g);
+        assert!(
+            map.uvs(surface.positions())
+                .iter()
+                .flatten()
+                .all(|c| c.is_finite())
+        );
+    }
+}
+
+#[test]
+fn surfaces_that_cannot_be_trained_on_are_errors() {
+    let device = Default::default();
+    let error = |surface: Surface| Trainer::<Cpu>::new(small(1), &surface, &device).err();
+    let corners = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let triangle = TriangleMesh::new(corners, vec![[0, 1, 2]]).unwrap();
+    assert!(matches!(
+        error(Surface::Mesh(triangle)),
+        Some(TrainingError::Surface(_))
+    ));
+    let same = PointCloud::new(vec![[1.0; 3]; 50], None).unwrap();
+    assert!(matches!(
+        error(Surface::PointCloud(same)),
+        Some(TrainingError::Surface(_))
+    ));
+    let two = PointCloud::new(vec![[0.0; 3], [1.0; 3]], None).unwrap();
+    assert!(matches!(
+        error(Surface::PointCloud(two)),
+        Some(TrainingError::Surface(_))
+    ));
+    let good = Surface::Mesh(shapes::torus(1.0, 0.4, 8, 8));
+    let config = TrainingConfig {
+        points: 0,
+        ..small(1)
+    };
+    assert!(matches!(
+        Trainer::<Cpu>::new(config, &good, &device).err(),
+        Some(TrainingError::Config(_))
+    ));
+}
+
+/// Neighbours by distances between all pairs, in tensor operations on the device.
+struct BruteForce;
+
+impl<B: Backend> NeighborSearch<B> for BruteForce {
+    fn nearest(&self, points: Tensor<B, 2>, queries: Tensor<B, 2>) -> Tensor<B, 1, Int> {
+        distances(queries, points).argmin(1).squeeze_dim(1)
+    }
+
+    fn nearest_others(&self, points: Tensor<B, 2>, k: usize) -> Tensor<B, 1, Int> {
+        let n = points.dims()[0];
+        let device = points.device();
+        let to_self = Tensor::<B, 2>::eye(n, &device) * 1e9;
+        let order = (distances(points.clone(), points) + to_self).argsort(1);
+        order.narrow(1, 0, k).reshape([n * k])
+    }
+}
+
+fn distances<B: Backend>(a: Tensor<B, 2>, b: Tensor<B, 2>) -> Tensor<B, 2> {
+    let difference = a.unsqueeze_dim::<3>(1) - b.unsqueeze_dim::<3>(0);
+    (difference.clone() * difference).sum_dim(2).squeeze_dim(2)
+}
+
+#[test]
+fn another_neighbor_search_can_take_the_place_of_the_tree() {
+    let surface = Surface::Mesh(shapes::torus(1.0, 0.4, 30, 16));
+    let config = TrainingConfig {
+        points: 100,
+        ..small(3)
+    };
+    let device = Default::default();
+    let mut tree = Trainer::<Cpu>::new(config.clone(), &surface, &device).unwrap();
+    let mut brute = Trainer::<Cpu, _>::with_search(config, &surface, &device, BruteForce).unwrap();
+    for _ in 0..3 {
+        let (a, b) = (tree.step().unwrap(), brute.step().unwrap());
+        assert!((a.total - b.total).abs() < 1e-5, "{} {}", a.total, b.total);
+    }
+    assert_eq!(
+        nearest_others(&[[0.0f32, 0.0], [1.0, 0.0], [5.0, 0.0]], 1),
+        [1, 0, 1]
+    );
+}

@@ -1,0 +1,93 @@
+//! Runs the `fam` binary as a user would.
+
+#![allow(dead_code)] // Not every test file uses all of it.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::LazyLock;
+
+/// The binary, built once, in the profile of the tests.
+pub static FAM: LazyLock<PathBuf> = LazyLock::new(|| {
+    let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("../Cargo.toml");
+    let build = escargot::CargoBuild::new()
+        .manifest_path(manifest)
+        .package("fam-cli")
+        .bin("fam");
+    let build = if cfg!(debug_assertions) {
+        build
+    } else {
+        build.release()
+    };
+    build.run().expect("fam builds").path().to_path_buf()
+});
+
+/// What a run printed, and its exit code.
+pub struct Run {
+    pub code: Option<i32>,
+    pub stdout: String,
+    pub stderr: String,
+}
+
+impl From<Output> for Run {
+    fn from(output: Output) -> Self {
+        Self {
+            code: output.status.code(),
+            stdout: String::from_utf8(output.stdout).expect("standard output is UTF-8"),
+            stderr: String::from_utf8(output.stderr).expect("standard error is UTF-8"),
+        }
+    }
+}
+
+/// Runs `fam` in `folder`.
+pub fn fam(folder: &Path, arguments: &[&str]) -> Run {
+    let output = Command::new(&*FAM)
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .expect("fam starts");
+    output.into()
+}
+
+/// Runs `fam` and asserts that it succeeds.
+pub fn succeeds(folder: &Path, arguments: &[&str]) -> Run {
+    let run = fam(folder, arguments);
+    assert_eq!(run.code, Some(0), "{arguments:?}: {}", run.stderr);
+    run
+}
+
+/// Asserts that `fam` refuses with exit code 2 and one line that contains all of `words`.
+pub fn refuses(folder: &Path, arguments: &[&str], words: &[&str]) {
+    let run = fam(folder, arguments);
+    assert_eq!(run.code, Some(2), "{arguments:?}: {}", run.stderr);
+    let lines: Vec<&str> = run
+        .stderr
+        .lines()
+        .filter(|line| line.starts_with("fam: "))
+        .collect();
+    assert_eq!(lines.len(), 1, "{arguments:?}: {}", run.stderr);
+    assert_eq!(run.stderr.lines().last(), Some(lines[0]));
+    assert!(!run.stderr.contains("panicked"), "{}", run.stderr);
+    for word in words {
+        assert!(lines[0].contains(word), "{word} is not in: {}", lines[0]);
+    }
+}
+
+/// Options of a training that takes a moment, on the CPU.
+pub const BRIEF: [&str; 6] = [
+    "--backend",
+    "ndarray",
+    "--iterations",
+    "3",
+    "--points",
+    "150",
+];
+
+/// `fam unwrap` with [`BRIEF`] and more.
+pub fn brief<'a>(arguments: &[&'a str]) -> Vec<&'a str> {
+    ["unwrap"]
+        .iter()
+        .chain(arguments)
+        .chain(&BRIEF)
+        .copied()
+        .collect()
+}
