@@ -120,10 +120,10 @@ pub(crate) fn read<B: Backend>(
         for (i, layer) in mlp.layers.iter_mut().enumerate() {
             let [inputs, outputs] = layer.weight.dims();
             let name = naming.tensor(stack, i, "weight");
-            let weight = floats(&find(&file, &name)?, &name, &[outputs, inputs])?;
+            let weight = floats(&find(file, &name)?, &name, &[outputs, inputs])?;
             let weight = TensorData::new(weight, [outputs, inputs]);
             let name = naming.tensor(stack, i, "bias");
-            let bias = floats(&find(&file, &name)?, &name, &[outputs])?;
+            let bias = floats(&find(file, &name)?, &name, &[outputs])?;
             *layer = Linear {
                 weight: Param::from_tensor(
                     Tensor::<B, 2>::from_data(weight, device)
