@@ -21,11 +21,8 @@ pub struct Arguments {
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Train on a surface and write its UVs, seams, pictures and metrics
     Unwrap(Unwrap),
-    /// UVs for any points or mesh from a trained model
     Map(Map),
-    /// Quality of the UVs that a mesh already has
     Metrics(Metrics),
     /// The backends compiled in and the adapters found
     Backends,

@@ -5,6 +5,9 @@ use burn::tensor::backend::AutodiffBackend;
 use crate::args::BackendName;
 use crate::failure::Failure;
 
+#[cfg(not(any(feature = "ndarray", feature = "wgpu")))]
+compile_error!("fam needs at least one backend: enable the feature ndarray or wgpu");
+
 /// A backend to compute on.
 #[derive(Debug, Clone)]
 pub enum Backend {

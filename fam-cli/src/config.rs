@@ -49,7 +49,7 @@ pub fn resolve(arguments: &Unwrap) -> Result<TrainingConfig, Failure> {
 
 /// The configuration as the TOML text that `--config` reads.
 pub fn to_toml(config: &TrainingConfig) -> Result<String, Failure> {
-    toml::to_string(config).map_err(Failure::work)
+    toml::to_string(config).map_err(Failure::input)
 }
 
 fn overridden(config: TrainingConfig, path: &Path) -> Result<TrainingConfig, Failure> {

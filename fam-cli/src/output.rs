@@ -1,18 +1,17 @@
 //! The folder that `unwrap` writes.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use fam_core::metrics::Metrics;
 use fam_core::seams::{SeamThreshold, Seams};
 use fam_core::surface::{Surface, UvMap};
-use fam_core::training::{Step, TrainingConfig};
+use fam_core::training::Step;
 use fam_io::atomic::write_atomically;
 use fam_io::picture::{self, Flattened, encode_png, preview_picture, uv_picture};
 use fam_io::seams::{write_seams_json, write_seams_obj};
 use fam_io::{Document, Format};
 use serde::Serialize;
 
-use crate::config;
 use crate::failure::Failure;
 
 /// Side of uv.png in pixels.
@@ -24,7 +23,7 @@ pub struct Layout<'a> {
     pub seams: &'a Seams,
     pub threshold: SeamThreshold,
     pub model: &'a [u8],
-    pub config: &'a TrainingConfig,
+    pub config_toml: &'a str,
     pub last: &'a Step,
 }
 
@@ -88,10 +87,37 @@ impl Report {
     }
 }
 
-/// Makes the folder, so that a bad one is noticed before training.
-pub fn prepare(folder: &Path) -> Result<(), Failure> {
+/// Makes the folder, so that a bad one is noticed before training. A folder in which the result
+/// would take the place of the input is refused.
+pub fn prepare(
+    folder: &Path,
+    stem: &str,
+    document: &Document,
+    input: Option<&Path>,
+) -> Result<(), Failure> {
     std::fs::create_dir_all(folder)
-        .map_err(|error| Failure::input(format!("{}: {error}", folder.display())))
+        .map_err(|error| Failure::input(format!("{}: {error}", folder.display())))?;
+    let same = |input: &Path| {
+        let output = mesh_path(folder, stem, document).canonicalize();
+        matches!((output, input.canonicalize()), (Ok(a), Ok(b)) if a == b)
+    };
+    match input {
+        Some(input) if same(input) => Err(Failure::input(format!(
+            "{}: it would be overwritten; choose another folder with -o",
+            input.display()
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// Where the input with UVs goes: its own name, unless that is the name of the seams' file.
+fn mesh_path(folder: &Path, stem: &str, document: &Document) -> PathBuf {
+    let suffix = if stem.eq_ignore_ascii_case("seams") {
+        "-uv"
+    } else {
+        ""
+    };
+    folder.join(format!("{stem}{suffix}.{}", extension(document.format())))
 }
 
 /// Writes every file of the folder, each whole or not at all.
@@ -102,7 +128,7 @@ pub fn write(
     layout: &Layout,
 ) -> Result<Report, Failure> {
     let surface = document.surface();
-    let mesh_path = folder.join(format!("{stem}.{}", extension(document.format())));
+    let mesh_path = mesh_path(folder, stem, document);
     let seams = picture::Seams {
         points: &layout.seams.points,
         edges: &layout.seams.edges,
@@ -140,6 +166,7 @@ pub fn write(
         points: &layout.seams.points,
         edges: &layout.seams.edges,
         threshold: layout.threshold.distance,
+        spacing: layout.threshold.spacing,
     };
     write_seams_json(folder.join("seams.json"), &seams).map_err(Failure::work)?;
     write_seams_obj(folder.join("seams.obj"), &seams).map_err(Failure::work)?;
@@ -147,7 +174,7 @@ pub fn write(
         write_atomically(folder.join(name), |out| out.write_all(bytes)).map_err(Failure::work)
     };
     save("model.safetensors", layout.model)?;
-    save("config.toml", config::to_toml(layout.config)?.as_bytes())?;
+    save("config.toml", layout.config_toml.as_bytes())?;
     let mut json = serde_json::to_vec_pretty(&report).map_err(Failure::work)?;
     json.push(b'\n');
     save("metrics.json", &json)?;

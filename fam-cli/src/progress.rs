@@ -74,7 +74,7 @@ impl Progress {
     /// After the last step.
     pub fn finish(self) {
         if let Self::Bar(bar, _) = self {
-            bar.finish();
+            bar.abandon();
         }
     }
 }

@@ -154,9 +154,19 @@ impl<B: Backend> TrainedMap<B> {
         q.into_iter().map(|q| self.frame.place(q)).collect()
     }
 
-    /// How the map was trained.
+    /// How the map was trained; `points` is the number that there were per iteration.
     pub fn config(&self) -> &TrainingConfig {
         &self.config
+    }
+
+    /// The trained networks.
+    pub fn model(&self) -> &FlattenAnything<B> {
+        &self.model
+    }
+
+    /// How the networks' UV coordinates are placed in the unit square.
+    pub fn frame(&self) -> UvFrame {
+        self.frame
     }
 
     /// How input units relate to the networks' unit ball.
@@ -256,6 +266,15 @@ impl<B: Backend> TrainedMap<B> {
         }
         if let Some(problem) = metadata.config.problem() {
             return Err(ModelFileError::Metadata(problem.to_string()));
+        }
+        let Normalization { center, radius } = metadata.normalization;
+        let UvFrame { corner, side, .. } = metadata.frame;
+        let finite = center.iter().all(|c| c.is_finite()) && corner.iter().all(|c| c.is_finite());
+        let positive = |length: f64| length.is_finite() && length > 0.0;
+        if !finite || !positive(radius) || !positive(f64::from(side)) {
+            return Err(ModelFileError::Metadata(
+                "its normalisation or frame is not a finite scale".to_string(),
+            ));
         }
         let file = SafeTensors::deserialize(bytes).map_err(WeightsError::from)?;
         let networks = &metadata.config.networks;

@@ -83,7 +83,7 @@ impl SeamThreshold {
 }
 
 impl Seams {
-    /// The points whose farthest image among their [`K_CUT`] nearest neighbours is beyond the
+    /// The points, each with its UV in `uvs`, whose farthest image among their [`K_CUT`] nearest neighbours is beyond the
     /// threshold. `points` are normalised.
     pub fn of_points(points: &[[f32; 3]], uvs: &[[f32; 2]], threshold: SeamThreshold) -> Self {
         let neighbors = Neighbors::of(points);
@@ -103,7 +103,7 @@ impl Seams {
     /// whose ends lie beyond the threshold. `uvs` has one coordinate per vertex.
     ///
     /// # Errors
-    /// All vertices coincide.
+    /// `uvs` is not as long as the mesh has vertices.
     pub fn of_mesh(
         mesh: &TriangleMesh,
         normalization: &Normalization,
@@ -184,6 +184,18 @@ mod tests {
     use super::*;
     use crate::surface::shapes;
 
+    fn normalized(mesh: &TriangleMesh) -> (Normalization, Vec<[f32; 3]>) {
+        let normalization = Normalization::of(mesh.positions()).unwrap();
+        let place = |p: &[f64; 3]| normalization.apply(*p);
+        (normalization, mesh.positions().iter().map(place).collect())
+    }
+
+    fn by_spacing(mesh: &TriangleMesh, uvs: &[[f32; 2]]) -> Seams {
+        let (normalization, points) = normalized(mesh);
+        let threshold = SeamThreshold::of(SeamRule::Spacing, &points, uvs);
+        Seams::of_mesh(mesh, &normalization, uvs, threshold).unwrap()
+    }
+
     /// A cylinder unrolled along its columns: torn where the last column meets the first.
     #[test]
     fn an_unrolled_cylinder_is_torn_along_one_column() {
@@ -197,11 +209,7 @@ mod tests {
                     [u, 2.0 * row as f32 / along as f32]
                 })
                 .collect();
-            let normalization = Normalization::of(mesh.positions()).unwrap();
-            let place = |p: &[f64; 3]| normalization.apply(*p);
-            let points: Vec<_> = mesh.positions().iter().map(place).collect();
-            let threshold = SeamThreshold::of(SeamRule::Spacing, &points, &uvs);
-            let seams = Seams::of_mesh(&mesh, &normalization, &uvs, threshold).unwrap();
+            let seams = by_spacing(&mesh, &uvs);
             let last = (around - 1) * rows;
             let crosses = |[a, b]: &[u32; 2]| *a < rows && *b >= last;
             assert!(seams.edges.iter().all(crosses));
@@ -215,22 +223,13 @@ mod tests {
     #[test]
     fn an_identity_map_has_no_seams() {
         let mesh = shapes::rectangle(2.0, 1.0, 24, 12);
-        let uvs: Vec<[f32; 2]> = mesh
-            .positions()
-            .iter()
-            .map(|p| [p[0] as f32, p[1] as f32])
-            .collect();
-        let normalization = Normalization::of(mesh.positions()).unwrap();
-        let place = |p: &[f64; 3]| normalization.apply(*p);
-        let points: Vec<_> = mesh.positions().iter().map(place).collect();
-        let threshold = SeamThreshold::of(SeamRule::Spacing, &points, &uvs);
-        let seams = Seams::of_mesh(&mesh, &normalization, &uvs, threshold).unwrap();
-        assert_eq!(seams, Seams::default());
+        let flat = |p: &[f64; 3]| [p[0] as f32, p[1] as f32];
+        let uvs: Vec<[f32; 2]> = mesh.positions().iter().map(flat).collect();
+        assert_eq!(by_spacing(&mesh, &uvs), Seams::default());
         // The paper's constant marks everything on so few points.
+        let (_, points) = normalized(&mesh);
         let paper = SeamThreshold::of(SeamRule::Paper, &points, &uvs);
-        assert_eq!(
-            Seams::of_points(&points, &uvs, paper).points.len(),
-            points.len()
-        );
+        let seams = Seams::of_points(&points, &uvs, paper);
+        assert_eq!(seams.points.len(), points.len());
     }
 }

@@ -6,6 +6,7 @@
 //! {
 //!   "version": 1,
 //!   "threshold": 0.02,
+//!   "spacing": 0.15,
 //!   "points": [{"index": 4, "position": [0.1, 0.2, 0.3]}],
 //!   "edges": [[4, 7], [7, 9]],
 //!   "polylines": [[4, 7, 9]]
@@ -13,8 +14,9 @@
 //! ```
 //!
 //! `points` are the seam points by their zero-based vertex, `edges` the torn edges of a mesh
-//! (empty for a point cloud), `threshold` the distance in UV units from which on a surface
-//! counts as torn. `polylines` chain the edges: each runs between two vertices that do not
+//! (empty for a point cloud), `threshold` the UV distance from which on neighbours count as torn
+//! apart: as it stands where `spacing` is null, else for neighbours at the 3D distance `spacing`
+//! (in the units of the positions) and in proportion for others. `polylines` chain the edges: each runs between two vertices that do not
 //! have exactly two torn edges, or is a loop that ends in the vertex it starts with.
 //!
 //! OBJ ([`write_seams_obj`]): the polylines as `l` elements; where there are no torn edges,
@@ -37,14 +39,18 @@ pub struct Seams<'a> {
     pub points: &'a [u32],
     /// The torn edges of a mesh, as pairs of indices of positions; empty for a cloud.
     pub edges: &'a [[u32; 2]],
-    /// The distance, in UV units, from which on a surface counts as torn.
+    /// The UV distance from which on neighbours count as torn apart.
     pub threshold: f64,
+    /// The 3D distance of neighbours, in the units of the positions, that `threshold` is meant
+    /// for and scales with; without it `threshold` holds for all.
+    pub spacing: Option<f64>,
 }
 
 #[derive(Serialize)]
 struct Json<'a> {
     version: u32,
     threshold: f64,
+    spacing: Option<f64>,
     points: Vec<JsonPoint>,
     edges: &'a [[u32; 2]],
     polylines: Vec<Vec<u32>>,
@@ -70,6 +76,7 @@ pub fn write_seams_json(path: impl AsRef<Path>, seams: &Seams) -> Result<(), Wri
     let json = Json {
         version: 1,
         threshold: seams.threshold,
+        spacing: seams.spacing,
         points: seams.points.iter().map(point).collect(),
         edges: seams.edges,
         polylines: polylines(seams.edges),
@@ -190,11 +197,12 @@ mod tests {
             points: &[1, 2, 3],
             edges: &[[1, 2], [3, 2]],
             threshold: 0.25,
+            spacing: Some(0.5),
         };
         write_seams_json(&json, &mesh).unwrap();
         assert_eq!(
             fs::read_to_string(&json).unwrap(),
-            "{\"version\":1,\"threshold\":0.25,\"points\":[\
+            "{\"version\":1,\"threshold\":0.25,\"spacing\":0.5,\"points\":[\
              {\"index\":1,\"position\":[1.0,0.0,0.5]},\
              {\"index\":2,\"position\":[0.001,2.0,0.0]},\
              {\"index\":3,\"position\":[9.0,9.0,9.0]}],\
@@ -216,6 +224,7 @@ mod tests {
             points: &[],
             edges: &[[0, 4]],
             threshold: 1.0,
+            spacing: None,
         };
         for error in [
             write_seams_json("s.json", &seams).unwrap_err(),

@@ -3,6 +3,7 @@
 mod common;
 
 use std::fs;
+use std::io::Write;
 use std::path::Path;
 
 use common::{brief, fam, refuses, succeeds};
@@ -112,7 +113,10 @@ fn wgpu_trains_and_agrees_with_ndarray() {
             std::env::var_os("FAM_REQUIRE_WGPU").is_none(),
             "no wgpu adapter, and FAM_REQUIRE_WGPU is set"
         );
-        eprintln!("SKIPPED: no wgpu adapter on this machine");
+        let _ = writeln!(
+            std::io::stderr(),
+            "SKIPPED: no wgpu adapter on this machine"
+        );
         return;
     }
     let loss = |backend: &str| {
@@ -154,7 +158,10 @@ fn help_names_every_command_and_usage_errors_exit_with_2() {
 fn real_models_work_or_are_refused_in_one_line() {
     let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/models");
     if !models.is_dir() {
-        eprintln!("SKIPPED: the real models are not present");
+        let _ = writeln!(
+            std::io::stderr(),
+            "SKIPPED: the real models are not present"
+        );
         return;
     }
     let folder = tempfile::tempdir().unwrap();

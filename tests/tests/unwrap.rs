@@ -146,6 +146,15 @@ fn an_obj_keeps_all_but_its_texture_coordinates() {
 }
 
 #[test]
+fn a_mesh_named_like_the_seams_is_not_lost() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("seams.obj"), QUADS).unwrap();
+    succeeds(folder.path(), &brief(&["seams.obj", "-q"]));
+    let written = fam_io::read_surface(folder.path().join("seams.fam/seams-uv.obj")).unwrap();
+    assert!(written.uv_map().is_some());
+}
+
+#[test]
 fn point_clouds_keep_their_format_and_get_a_uv_each() {
     let folder = tempfile::tempdir().unwrap();
     let points: String = (0..300)
@@ -270,6 +279,11 @@ fn bad_input_is_refused_in_one_line() {
             "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\nf 1 2 3\nf 2 3 4\n",
             "no area",
         ),
+        (
+            "sliver.off",
+            "OFF\n4 2 0\n0 0 0\n1 0 0\n2 1e-40 0\n1 -1e-40 0\n3 0 1 2\n3 0 3 2\n",
+            "no area",
+        ),
         ("three.xyz", "0 0 0\n1 0 0\n0 1 0\n", "fewer than 4"),
         (
             "garbage.ply",
@@ -281,8 +295,20 @@ fn bad_input_is_refused_in_one_line() {
     for (name, content, reason) in cases {
         fs::write(folder.path().join(name), content).unwrap();
         refuses(folder.path(), &brief(&[name, "-q"]), &[name, reason]);
+        let stem = name.split('.').next().unwrap();
+        assert!(!folder.path().join(format!("{stem}.fam")).exists());
     }
     refuses(folder.path(), &brief(&["missing.obj"]), &["missing.obj"]);
+    fs::write(folder.path().join("panel.obj"), QUADS).unwrap();
+    refuses(
+        folder.path(),
+        &brief(&["panel.obj", "-o", "."]),
+        &["panel.obj", "overwritten"],
+    );
+    assert_eq!(
+        fs::read_to_string(folder.path().join("panel.obj")).unwrap(),
+        QUADS
+    );
     fs::write(folder.path().join("file"), "").unwrap();
     refuses(folder.path(), &brief(&["-o", "file/out"]), &["file/out"]);
 }
@@ -298,6 +324,15 @@ fn bad_configurations_are_refused_in_one_line() {
     refuses(folder.path(), &config, &["c.toml"]);
     write("[[[\n");
     refuses(folder.path(), &config, &["c.toml"]);
+    write("[weights]\nwrap = nan\n");
+    refuses(folder.path(), &config, &["weights"]);
+    write("[networks]\nwidth = 4611686018427387904\n");
+    refuses(folder.path(), &config, &["networks.width"]);
+    refuses(
+        folder.path(),
+        &["unwrap", "--points", "18446744073709551615"],
+        &["points"],
+    );
     write("learning-rate = 7.0\n");
     refuses(folder.path(), &config, &["learning rates"]);
     refuses(folder.path(), &["unwrap", "--points", "3"], &["points"]);
@@ -311,11 +346,24 @@ fn bad_configurations_are_refused_in_one_line() {
 #[test]
 fn training_that_diverges_writes_the_last_good_weights_and_says_so() {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("c.toml"), "[weights]\nwrap = 1e300\n").unwrap();
-    let run = fam(folder.path(), &brief(&["-q", "--config", "c.toml"]));
+    let wild = "learning-rate = 1.0\nfinal-learning-rate = 1.0\n";
+    fs::write(folder.path().join("c.toml"), wild).unwrap();
+    let arguments = [
+        "unwrap",
+        "-q",
+        "--backend",
+        "ndarray",
+        "--iterations",
+        "100",
+        "--points",
+        "150",
+        "--config",
+        "c.toml",
+    ];
+    let run = fam(folder.path(), &arguments);
     assert_eq!(run.code, Some(1), "{}", run.stderr);
     assert_eq!(run.stderr.lines().count(), 1);
-    assert!(run.stderr.contains("iteration 1") && run.stderr.contains("last good"));
+    assert!(run.stderr.contains("at iteration") && run.stderr.contains("last good"));
     assert!(folder.path().join("sample.fam/sample.obj").exists());
 }
 

@@ -23,6 +23,7 @@ const INTERRUPTED: u8 = 130;
 /// Trains on a surface and writes its UVs and all that goes with them.
 pub fn unwrap(arguments: args::Unwrap) -> Result<ExitCode, Failure> {
     let config = config::resolve(&arguments)?;
+    let config_toml = config::to_toml(&config)?;
     let (document, stem) = match &arguments.input {
         Some(path) => {
             let document = fam_io::read_surface(path).map_err(Failure::input)?;
@@ -40,7 +41,7 @@ pub fn unwrap(arguments: args::Unwrap) -> Result<ExitCode, Failure> {
         .out
         .clone()
         .unwrap_or_else(|| PathBuf::from(format!("{stem}.fam")));
-    output::prepare(&folder)?;
+    output::prepare(&folder, &stem, &document, arguments.input.as_deref())?;
     if !arguments.quiet {
         eprintln!("{input}: {}; on {backend}", describe(document.surface()));
     }
@@ -48,15 +49,19 @@ pub fn unwrap(arguments: args::Unwrap) -> Result<ExitCode, Failure> {
     let started = Instant::now();
     let trained = backend
         .run(Train {
-            config: config.clone(),
+            config,
             surface: document.surface(),
             seam_rule: arguments.seam_rule.into(),
             quiet: arguments.quiet,
             stop: stop_on_interrupt()?,
         })
-        .map_err(|failure| match failure {
-            Failure::Input(reason) => Failure::Input(format!("{input}: {reason}")),
-            work => work,
+        .map_err(|failure| {
+            // Only goes if it is empty, as it is when it was made for this run.
+            let _ = std::fs::remove_dir(&folder);
+            match failure {
+                Failure::Input(reason) => Failure::Input(format!("{input}: {reason}")),
+                work => work,
+            }
         })?;
     let seconds = started.elapsed().as_secs_f64();
 
@@ -69,7 +74,7 @@ pub fn unwrap(arguments: args::Unwrap) -> Result<ExitCode, Failure> {
             seams: &trained.seams,
             threshold: trained.threshold,
             model: &trained.model,
-            config: &config,
+            config_toml: &config_toml,
             last: &trained.last,
         },
     )?;
@@ -145,6 +150,7 @@ struct Train<'a> {
 struct Trained {
     uvs: Vec<[f32; 2]>,
     seams: Seams,
+    /// With its spacing in input units.
     threshold: SeamThreshold,
     model: Vec<u8>,
     last: Step,
@@ -193,7 +199,10 @@ impl Job for Train<'_> {
         };
 
         let sample = trainer.sample().points;
-        let map = trainer.finish(self.surface);
+        let (map, last_step) = trainer.finish(self.surface);
+        if let (Outcome::Finished, Err(error)) = (&outcome, last_step) {
+            outcome = Outcome::Failed(error);
+        }
         let normalization = *map.normalization();
         let sample_in_units: Vec<_> = sample.iter().map(|&p| normalization.invert(p)).collect();
         let threshold = SeamThreshold::of(self.seam_rule, &sample, &map.uvs(&sample_in_units));
@@ -211,7 +220,10 @@ impl Job for Train<'_> {
         Ok(Trained {
             uvs,
             seams,
-            threshold,
+            threshold: SeamThreshold {
+                spacing: threshold.spacing.map(|s| s * normalization.radius),
+                ..threshold
+            },
             model: map.to_safetensors().map_err(Failure::work)?,
             last,
             outcome,

@@ -28,10 +28,11 @@ pub struct Jacobian<B: Backend> {
 }
 
 /// How Jacobians are computed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum JacobianMode {
     /// Gradients of gradients through burn-autodiff.
+    #[default]
     DoubleBackward,
     /// Two tangents in forward mode.
     ForwardTangent,

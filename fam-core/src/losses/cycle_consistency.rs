@@ -13,10 +13,15 @@ pub fn uv_cycle_loss<B: Backend>(q_hat: Tensor<B, 2>, q_hat_cycle: Tensor<B, 2>)
 /// The normals' term of ℓ_cycle: mean of 1 − cos between Pⁿ and P_cycleⁿ `[N, 3]`, of any
 /// lengths, `[1]`. A zero normal counts as orthogonal.
 pub fn normal_loss<B: Backend>(normals: Tensor<B, 2>, cycle_normals: Tensor<B, 2>) -> Tensor<B, 1> {
-    let squared_length = |n: Tensor<B, 2>| (n.clone() * n).sum_dim(1).clamp_min(1e-16);
-    let lengths = squared_length(normals.clone()) * squared_length(cycle_normals.clone());
     // A power, not a division: burn-ndarray's gradient of a division goes through a SIMD
     // reciprocal of 14 bits.
-    let cosine = (normals * cycle_normals).sum_dim(1) * lengths.powf_scalar(-0.5);
+    let inverse_length = |n: Tensor<B, 2>| {
+        (n.clone() * n)
+            .sum_dim(1)
+            .clamp_min(1e-16)
+            .powf_scalar(-0.5)
+    };
+    let inverse_lengths = inverse_length(normals.clone()) * inverse_length(cycle_normals.clone());
+    let cosine = (normals * cycle_normals).sum_dim(1) * inverse_lengths;
     cosine.neg().mean() + 1.0
 }

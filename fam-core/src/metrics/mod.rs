@@ -43,7 +43,7 @@ pub struct Metrics {
     pub degenerate_triangles: usize,
     /// Triangles with area in 3D but none in UV space.
     pub collapsed_triangles: usize,
-    /// Triangles oriented in UV space against the majority of their chart, by UV area.
+    /// Triangles oriented in UV space against the majority of their chart, by number.
     pub flipped_triangles: usize,
     /// Pairs of triangles whose interiors intersect in UV space.
     pub overlapping_pairs: u64,

@@ -31,7 +31,7 @@ impl<B: Backend> NeighborSearch<B> for KdTree {
 
 /// For each query the index of its nearest point, `[M]`.
 ///
-/// Rows with a coordinate that is not finite get some index; nothing panics on them.
+/// Rows with a coordinate that is not finite (or beyond 1e18) get some index; nothing panics on them.
 /// `points` must not be empty.
 pub fn nearest<const D: usize>(points: &[[f32; D]], queries: &[[f32; D]]) -> Vec<u32> {
     let mut indices = vec![0; queries.len()];
@@ -78,11 +78,14 @@ fn build<const D: usize>(points: &[[f32; D]]) -> Option<ImmutableKdTree<f32, D>>
     Some(tree.expect("fewer than 2^32 points"))
 }
 
-/// The points with every coordinate that is not finite set to zero.
+/// Coordinates beyond this size have squares that overflow.
+const LARGEST: f32 = 1e18;
+
+/// The points with every coordinate set to zero that is not finite or too large to square.
 fn finite<const D: usize>(points: &[[f32; D]]) -> Vec<[f32; D]> {
     points
         .iter()
-        .map(|p| p.map(|c| if c.is_finite() { c } else { 0.0 }))
+        .map(|p| p.map(|c| if c.abs() < LARGEST { c } else { 0.0 }))
         .collect()
 }
 

@@ -45,7 +45,7 @@ impl PointSource {
     /// cloud is its own pool.
     ///
     /// # Errors
-    /// The surface has no area (a mesh) or no extent (a cloud).
+    /// A mesh without area.
     pub fn new(
         surface: &Surface,
         normalization: &Normalization,

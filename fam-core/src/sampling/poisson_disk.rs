@@ -25,6 +25,10 @@ const SHRINK: f64 = 0.9;
 /// all are kept.
 const MAX_TRIES: usize = 44;
 
+/// Smallest radius, as a fraction of the largest coordinate: a sliver narrower than that is a
+/// line to the precision of its coordinates.
+const SMALLEST_RADIUS: f64 = 1e-13;
+
 /// Blue-noise points on a mesh by dart throwing: uniform in area, no two closer than a radius
 /// that leaves room for at least `count` of them. Between `count` and about 1.3 · `count` points.
 ///
@@ -39,6 +43,14 @@ pub fn poisson_disk(
     let area: f64 = mesh.triangle_areas().iter().sum();
     // Densest packing of disks of diameter r: one point in r²·√3/2.
     let mut radius = (area / (count as f64 * 3f64.sqrt() / 2.0)).sqrt();
+    let magnitude = mesh
+        .positions()
+        .iter()
+        .flatten()
+        .fold(0.0, |m: f64, c| m.max(c.abs()));
+    if radius <= SMALLEST_RADIUS * magnitude {
+        return Err(SurfaceError::TooSmall("its triangles have no area"));
+    }
     for _ in 0..MAX_TRIES {
         let accepted = throw_darts(&candidates, radius);
         if accepted.len() >= count {
@@ -172,6 +184,14 @@ mod tests {
         let line = vec![[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
         let mesh = TriangleMesh::new(line, vec![[0, 1, 2]]).unwrap();
         let mut rng = Pcg64::seed_from_u64(7);
+        assert!(poisson_disk(&mesh, 10, &mut rng).is_err());
+        let sliver = vec![
+            [0.0; 3],
+            [1.0, 0.0, 0.0],
+            [2.0, 1e-40, 0.0],
+            [1.0, -1e-40, 0.0],
+        ];
+        let mesh = TriangleMesh::new(sliver, vec![[0, 1, 2], [0, 3, 2]]).unwrap();
         assert!(poisson_disk(&mesh, 10, &mut rng).is_err());
     }
 }

@@ -5,6 +5,12 @@ use crate::losses::{LossWeights, Objective};
 use crate::networks::FlattenAnythingConfig;
 use crate::sampling::Sampling;
 
+/// A hundred times the paper's; each point takes part in every matrix of the networks.
+const MAX_POINTS: usize = 1_000_000;
+
+/// Sixteen times the paper's; memory grows with its square.
+const MAX_WIDTH: usize = 8_192;
+
 /// What the paper's ablations leave out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -52,6 +58,12 @@ pub struct TrainingConfig {
     pub weights: LossWeights,
 }
 
+impl Default for TrainingConfig {
+    fn default() -> Self {
+        Self::paper()
+    }
+}
+
 impl TrainingConfig {
     /// The paper's configuration: 10,000 points, 10,000 iterations, width 512.
     pub fn paper() -> Self {
@@ -91,12 +103,23 @@ impl TrainingConfig {
     /// the field.
     pub fn problem(&self) -> Option<&'static str> {
         let rates = [self.learning_rate, self.final_learning_rate];
-        if self.points < 16 {
-            Some("points must be at least 16")
+        let weights = &self.weights;
+        let weights = [
+            weights.wrap,
+            weights.unwrap,
+            weights.cycle,
+            weights.conformality,
+            f64::from(self.weight_decay),
+        ];
+        let widths = [self.networks.width, self.networks.latent];
+        if !(16..=MAX_POINTS).contains(&self.points) {
+            Some("points must lie in 16..=1000000")
         } else if self.iterations == 0 {
             Some("iterations must be at least 1")
-        } else if self.networks.width == 0 || self.networks.latent == 0 {
-            Some("networks.width and networks.latent must be at least 1")
+        } else if !widths.iter().all(|w| (1..=MAX_WIDTH).contains(w)) {
+            Some("networks.width and networks.latent must lie in 1..=8192")
+        } else if !weights.iter().all(|w| (0.0..=1e6).contains(w)) {
+            Some("weights and weight-decay must lie in 0..=1e6")
         } else if !rates.iter().all(|r| r.is_finite() && *r > 0.0 && *r <= 1.0) {
             Some("learning rates must lie in (0, 1]")
         } else if self.final_learning_rate > self.learning_rate {

@@ -158,7 +158,8 @@ impl<B: AutodiffBackend, S: NeighborSearch<B>> Trainer<B, S> {
         })
     }
 
-    /// Normalised points as one iteration sees them.
+    /// Normalised points as one iteration sees them. Where they are drawn anew each time, this
+    /// draws as well, and training goes on with other points than it would have.
     pub fn sample(&mut self) -> Sample {
         self.source.draw(&mut self.rng)
     }
@@ -168,7 +169,8 @@ impl<B: AutodiffBackend, S: NeighborSearch<B>> Trainer<B, S> {
         self.source.count()
     }
 
-    /// The loss terms of the current weights on the points of one iteration.
+    /// The loss terms of the current weights on the points of one iteration, drawn as
+    /// [`sample`](Self::sample) says.
     pub fn losses(&mut self) -> Losses<B> {
         let batch = match &self.fixed {
             Some(batch) => batch.clone(),
@@ -204,7 +206,8 @@ impl<B: AutodiffBackend, S: NeighborSearch<B>> Trainer<B, S> {
         )
     }
 
-    /// One optimiser step.
+    /// One optimiser step. The learning rate follows its cosine for the configured number of
+    /// iterations; further steps start the cosine again.
     ///
     /// # Errors
     /// [`TrainingError::NonFiniteLoss`], after which the trainer is back at the last weights
@@ -221,25 +224,28 @@ impl<B: AutodiffBackend, S: NeighborSearch<B>> Trainer<B, S> {
         Ok(step)
     }
 
-    /// The trained map, at the last weights whose losses were finite, with the UVs of `surface`
-    /// in the unit square.
-    pub fn finish(mut self, surface: &Surface) -> TrainedMap<B::InnerBackend> {
-        // The weights of the last step have not been evaluated yet.
+    /// The trained map with the UVs of `surface` in the unit square, and whether the last step
+    /// went well: if its weights have losses that are not finite, that error comes beside the
+    /// map of the last good weights.
+    pub fn finish(
+        mut self,
+        surface: &Surface,
+    ) -> (TrainedMap<B::InnerBackend>, Result<(), TrainingError>) {
         let losses = self.losses();
-        if self.read(&losses).is_ok() {
-            self.last_good = self.model;
-        }
+        let last_step = self.read(&losses).map(|_| ());
+        self.config.points = self.source.count();
         let mut map = TrainedMap::new(
-            self.last_good.valid(),
+            self.model.valid(),
             self.config,
             self.normalization,
             &self.device,
         );
         map.fit_unit_square(surface);
-        map
+        (map, last_step)
     }
 
-    /// Reads all terms from the device at once.
+    /// Reads all terms from the device at once. If one is not finite, the model goes back to the
+    /// last good weights.
     fn read(&mut self, losses: &Losses<B>) -> Result<Step, TrainingError> {
         let total = losses.total(&self.config.weights).inner();
         let scalars = losses
@@ -255,7 +261,13 @@ impl<B: AutodiffBackend, S: NeighborSearch<B>> Trainer<B, S> {
             .map(|(term, _)| *term)
             .zip(values.iter().copied())
             .collect();
-        if let Some(&(term, value)) = terms.iter().find(|(_, value)| !value.is_finite()) {
+        let total = values[terms.len()];
+        let broken = match terms.iter().find(|(_, value)| !value.is_finite()) {
+            // Finite terms whose sum is not: the largest is to blame.
+            None if !total.is_finite() => terms.iter().max_by(|a, b| a.1.total_cmp(&b.1)),
+            found => found,
+        };
+        if let Some(&(term, value)) = broken {
             self.model = self.last_good.clone();
             return Err(TrainingError::NonFiniteLoss {
                 term,
@@ -265,7 +277,7 @@ impl<B: AutodiffBackend, S: NeighborSearch<B>> Trainer<B, S> {
         }
         Ok(Step {
             iteration: self.iteration,
-            total: values[terms.len()],
+            total,
             terms,
         })
     }
@@ -307,5 +319,6 @@ pub fn train<B: AutodiffBackend>(
             break;
         }
     }
-    Ok(trainer.finish(surface))
+    let (map, last_step) = trainer.finish(surface);
+    last_step.map(|()| map)
 }

@@ -1,16 +1,16 @@
 //! Gradients against finite differences, in 64-bit floats: the Jacobian of Wrap-Net, and the
 //! derivative of the whole objective with respect to the weights.
 
-use crate::reference_numbers::Reference;
+use crate::reference_numbers::{Reference, host, relative_error};
 use burn::module::{AutodiffModule, Module, ModuleMapper, ModuleVisitor, Param};
 use burn::tensor::backend::{AutodiffBackend, Backend};
 use burn::tensor::{ElementConversion, FloatDType, Tensor, TensorData};
 use burn_autodiff::Autodiff;
 use burn_ndarray::NdArray;
 use fam_core::jacobian::JacobianMode;
-use fam_core::losses::{LossWeights, Losses, Objective};
+use fam_core::losses::{LossWeights, Losses, Objective, conformality_loss};
 use fam_core::neighbors::KdTree;
-use fam_core::networks::FlattenAnything;
+use fam_core::networks::{FlattenAnything, FlattenAnythingConfig};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
@@ -204,4 +204,34 @@ fn jacobians_are_those_of_finite_differences() {
             assert!(f64::from(largest) < 1e-5, "{mode:?}: off by {largest}");
         }
     }
+}
+
+/// On other weights and points than those of the reference numbers: values of the Jacobian and
+/// parameter gradients of a loss made of it.
+#[test]
+fn both_jacobian_modes_agree() {
+    let device = Default::default();
+    let mut rng = Pcg64::seed_from_u64(4);
+    let values: Vec<f32> = (0..600).map(|_| rng.random_range(-1.5..1.5)).collect();
+    let config = FlattenAnythingConfig::new().with_width(48).with_latent(12);
+    let evaluate = |mode: JacobianMode| {
+        let net = config.init::<Cpu>(&device, 11).wrap;
+        let q = Tensor::<Cpu, 2>::from_data(TensorData::new(values.clone(), [300, 2]), &device);
+        let (_, jacobian) = mode.wrap(&net, q);
+        let columns = Tensor::cat(vec![jacobian.u.clone(), jacobian.v.clone()], 1);
+        let loss = conformality_loss(jacobian).sum();
+        let gradients = loss.backward();
+        let mut all = vec![host(&columns)];
+        for layer in net.mlp_1.layers.iter().chain(&net.mlp_2.layers) {
+            let gradient = layer.weight.grad(&gradients).unwrap();
+            all.push(gradient.into_data().to_vec::<f32>().unwrap());
+        }
+        all
+    };
+    let double = evaluate(JacobianMode::DoubleBackward);
+    let forward = evaluate(JacobianMode::ForwardTangent);
+    for (a, b) in double.iter().zip(&forward) {
+        assert!(relative_error(a, b) < TOLERANCE);
+    }
+    assert_eq!(double.len(), 9);
 }

@@ -1,6 +1,7 @@
 //! The model and its losses against reference numbers, on ndarray. `small.safetensors` holds
 //! widths of 16; a larger file with the paper's widths is used where it is present.
 
+use std::io::Write;
 use std::path::Path;
 
 use crate::reference_numbers::{
@@ -27,7 +28,10 @@ fn full_reference_on_ndarray() {
     let path =
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/reference/full.safetensors");
     let Ok(bytes) = std::fs::read(path) else {
-        eprintln!("SKIPPED: the reference at the paper's widths is not present");
+        let _ = writeln!(
+            std::io::stderr(),
+            "SKIPPED: the reference at the paper's widths is not present"
+        );
         return;
     };
     let reference = Reference { bytes };

@@ -5,12 +5,15 @@ use std::collections::HashMap;
 
 use burn::tensor::{Tensor, TensorData, backend::AutodiffBackend};
 use fam_core::jacobian::{FirstFundamentalForm, Jacobian, JacobianMode};
-use fam_core::losses::{LossTerm, LossWeights, Losses, Objective, bounding_box_side};
-use fam_core::neighbors::KdTree;
+use fam_core::losses::{
+    LossTerm, LossWeights, Losses, Objective, bounding_box_normalized, bounding_box_side,
+    chamfer_distance, repulsion_threshold,
+};
+use fam_core::neighbors::{KdTree, NeighborSearch};
 use fam_core::networks::FlattenAnything;
 use safetensors::SafeTensors;
 
-/// Greatest difference of a tensor from the reference, relative to the reference's norm.
+/// Greatest L2 norm of a tensor's difference from the reference, over the reference's norm.
 pub const TOLERANCE: f64 = 1e-4;
 
 pub struct Reference {
@@ -100,6 +103,18 @@ pub fn matches<B: AutodiffBackend>(
     reference.check("p_cycle_normals", &host(&unwrap.p_cycle_normals));
     reference.check("uv_side", &host(&bounding_box_side(unwrap.q.clone())));
     jacobian_matches(reference, &unwrap.jacobian, "f");
+    let epsilon = bounding_box_side(unwrap.q.clone()) * (0.2 / (points.dims()[0] as f32).sqrt());
+    reference.check("epsilon", &host(&epsilon));
+    let normalized = bounding_box_normalized(unwrap.q.clone());
+    reference.check("q_normalized", &host(&normalized));
+    let threshold = repulsion_threshold(deform.q_hat.dims()[0]);
+    reference.check("repulsion_threshold", &[threshold]);
+    let nearest_p = KdTree.nearest(points.clone(), deform.p_hat.clone());
+    let nearest_p_hat = KdTree.nearest(deform.p_hat.clone(), points.clone());
+    let p_hat = deform.p_hat.clone();
+    let chamfer = chamfer_distance(p_hat, points.clone(), nearest_p, nearest_p_hat);
+    let average = (chamfer.to_surface + chamfer.from_surface) * 0.5;
+    reference.check("loss.wrap_avg", &host(&average));
 
     let losses = Losses::of(
         objective,
