@@ -262,6 +262,16 @@ fn surfaces_that_cannot_be_trained_on_are_errors() {
         error(Surface::Mesh(triangle)),
         Some(TrainingError::Surface(_))
     ));
+    let line = vec![[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [3.0, 0.0, 0.0]];
+    let flat = TriangleMesh::new(line, vec![[0, 1, 2], [1, 2, 3]]).unwrap();
+    let vertices = TrainingConfig {
+        sampling: Sampling::Vertices,
+        ..small(1)
+    };
+    assert!(matches!(
+        Trainer::<Cpu>::new(vertices, &Surface::Mesh(flat), &device).err(),
+        Some(TrainingError::Surface(_))
+    ));
     let same = PointCloud::new(vec![[1.0; 3]; 50], None).unwrap();
     assert!(matches!(
         error(Surface::PointCloud(same)),
