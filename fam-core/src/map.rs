@@ -28,6 +28,8 @@ const METADATA_KEY: &str = "flatten_anything";
 pub struct TrainedMap<B: Backend> {
     model: FlattenAnything<B>,
     config: TrainingConfig,
+    /// Points per iteration: fewer than configured on a surface that has no more.
+    points: usize,
     normalization: Normalization,
     frame: UvFrame,
     device: B::Device,
@@ -48,6 +50,7 @@ pub struct UvFrame {
 struct Metadata {
     version: u32,
     config: TrainingConfig,
+    points: usize,
     normalization: Normalization,
     frame: UvFrame,
 }
@@ -120,12 +123,14 @@ impl<B: Backend> TrainedMap<B> {
     pub(crate) fn new(
         model: FlattenAnything<B>,
         config: TrainingConfig,
+        points: usize,
         normalization: Normalization,
         device: &B::Device,
     ) -> Self {
         Self {
             model,
             config,
+            points,
             normalization,
             frame: UvFrame::IDENTITY,
             device: device.clone(),
@@ -154,7 +159,7 @@ impl<B: Backend> TrainedMap<B> {
         q.into_iter().map(|q| self.frame.place(q)).collect()
     }
 
-    /// How the map was trained; `points` is the number that there were per iteration.
+    /// How the map was trained.
     pub fn config(&self) -> &TrainingConfig {
         &self.config
     }
@@ -190,7 +195,7 @@ impl<B: Backend> TrainedMap<B> {
 
     /// For each point the Q̂ of the nearest P̂: all there is without the 3D→2D→3D branch.
     fn nearest_q_hat(&self, points: &[[f64; 3]]) -> Vec<[f32; 2]> {
-        let grid = lattice(self.config.points);
+        let grid = lattice(self.points);
         let shape = [grid.len(), 2];
         let grid = TensorData::new(grid.into_flattened(), shape);
         let q_hat = self
@@ -226,6 +231,7 @@ impl<B: Backend> TrainedMap<B> {
         let metadata = Metadata {
             version: FORMAT_VERSION,
             config: self.config.clone(),
+            points: self.points,
             normalization: self.normalization,
             frame: self.frame,
         };
@@ -267,6 +273,11 @@ impl<B: Backend> TrainedMap<B> {
         if let Some(problem) = metadata.config.problem() {
             return Err(ModelFileError::Metadata(problem.to_string()));
         }
+        if metadata.points > metadata.config.points {
+            return Err(ModelFileError::Metadata(
+                "it has more points than its configuration".to_string(),
+            ));
+        }
         let Normalization { center, radius } = metadata.normalization;
         let UvFrame { corner, side, .. } = metadata.frame;
         let finite = center.iter().all(|c| c.is_finite()) && corner.iter().all(|c| c.is_finite());
@@ -281,6 +292,7 @@ impl<B: Backend> TrainedMap<B> {
         let mut map = Self::new(
             weights::read(&file, networks, Naming::Own, device)?,
             metadata.config,
+            metadata.points,
             metadata.normalization,
             device,
         );

@@ -2,8 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use serde::{Deserialize, Serialize};
-
 use crate::neighbors::nearest_others;
 use crate::surface::{Normalization, SurfaceError, TriangleMesh};
 
@@ -17,8 +15,7 @@ const PAPER_FRACTION: f64 = 0.02;
 const PAPER_POINTS: f64 = 10_000.0;
 
 /// What counts as far apart.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SeamRule {
     /// The paper's: 2 % of the longer side of the UV bounding box, for any point spacing.
     Paper,
@@ -48,7 +45,8 @@ pub struct Seams {
 }
 
 impl SeamThreshold {
-    /// The threshold of a rule, from evenly spread `points` (normalised) and their `uvs`.
+    /// The threshold of a rule, from evenly spread `points` `[N, 3]` (normalised) and their
+    /// `uvs` `[N, 2]`.
     pub fn of(rule: SeamRule, points: &[[f32; 3]], uvs: &[[f32; 2]]) -> Self {
         let side = longer_side(uvs);
         match rule {
@@ -83,8 +81,11 @@ impl SeamThreshold {
 }
 
 impl Seams {
-    /// The points, each with its UV in `uvs`, whose farthest image among their [`K_CUT`] nearest neighbours is beyond the
-    /// threshold. `points` are normalised.
+    /// The points whose farthest image among their [`K_CUT`] nearest neighbours is beyond the
+    /// threshold. `points` `[N, 3]` are normalised, `uvs` `[N, 2]` theirs.
+    ///
+    /// # Panics
+    /// If there are fewer `uvs` than `points`.
     pub fn of_points(points: &[[f32; 3]], uvs: &[[f32; 2]], threshold: SeamThreshold) -> Self {
         let neighbors = Neighbors::of(points);
         let torn = |&i: &usize| {

@@ -236,10 +236,10 @@ impl<B: AutodiffBackend, S: NeighborSearch<B>> Trainer<B, S> {
     ) -> (TrainedMap<B::InnerBackend>, Result<(), TrainingError>) {
         let losses = self.losses();
         let last_step = self.read(&losses).map(|_| ());
-        self.config.points = self.source.count();
         let mut map = TrainedMap::new(
             self.model.valid(),
             self.config,
+            self.source.count(),
             self.normalization,
             &self.device,
         );

@@ -143,6 +143,36 @@ fn a_saved_map_gives_the_same_uvs() {
     }
 }
 
+/// Fewer points than any configuration may ask for, and in the nearest-point ablation a lattice
+/// as small as the one that was trained.
+#[test]
+fn the_map_of_a_surface_with_few_points_is_saved_and_loaded() {
+    let corners: Vec<_> = (0..8)
+        .map(|i| [i & 1, i >> 1 & 1, i >> 2].map(f64::from))
+        .collect();
+    let cloud = Surface::PointCloud(PointCloud::new(corners.clone(), None).unwrap());
+    for without in [Ablation::None, Ablation::UnwrapBranch] {
+        let (map, _) = run(
+            TrainingConfig {
+                without,
+                ..small(2)
+            },
+            &cloud,
+        );
+        let bytes = map.to_safetensors().unwrap();
+        let loaded = TrainedMap::<NdArray>::from_safetensors(&bytes, &Default::default()).unwrap();
+        assert_eq!(loaded.uvs(&corners), map.uvs(&corners));
+        if without == Ablation::UnwrapBranch {
+            // 8 points are wrapped from a lattice of 3 by 3.
+            let many: Vec<_> = (0..400).map(|i| [f64::from(i) / 400.0, 0.3, 0.6]).collect();
+            let mut distinct: Vec<_> = map.uvs(&many).iter().map(|q| q.map(f32::to_bits)).collect();
+            distinct.sort_unstable();
+            distinct.dedup();
+            assert!(distinct.len() <= 9, "{}", distinct.len());
+        }
+    }
+}
+
 #[test]
 fn damaged_model_files_are_errors() {
     let surface = Surface::Mesh(shapes::torus(1.0, 0.4, 30, 16));
