@@ -107,15 +107,17 @@ impl<B: AutodiffBackend, S: NeighborSearch<B>> Trainer<B, S> {
         if let Some(problem) = config.problem() {
             return Err(TrainingError::Config(problem));
         }
-        if let Surface::Mesh(mesh) = surface {
-            if mesh.triangles().len() == 1 {
-                return Err(SurfaceError::TooSmall("it is a single triangle").into());
-            }
-            if mesh.triangle_areas().iter().all(|&area| area == 0.0) {
-                return Err(SurfaceError::TooSmall("its triangles have no area").into());
-            }
+        if let Surface::Mesh(mesh) = surface
+            && mesh.triangles().len() == 1
+        {
+            return Err(SurfaceError::TooSmall("it is a single triangle").into());
         }
         let normalization = surface.normalization()?;
+        if let Surface::Mesh(mesh) = surface
+            && mesh.triangle_areas().iter().all(|&area| area == 0.0)
+        {
+            return Err(SurfaceError::TooSmall("its triangles have no area").into());
+        }
         let mut rng = Pcg64::seed_from_u64(config.seed);
         let source = PointSource::new(
             surface,
