@@ -9,7 +9,7 @@ use fam_core::training::Step;
 use fam_io::atomic::write_atomically;
 use fam_io::picture::{self, Flattened, encode_png, preview_picture, uv_picture};
 use fam_io::seams::{write_seams_json, write_seams_obj};
-use fam_io::{Document, Format};
+use fam_io::{Document, WriteOptions};
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -117,7 +117,7 @@ fn mesh_path(folder: &Path, stem: &str, document: &Document) -> PathBuf {
     } else {
         ""
     };
-    folder.join(format!("{stem}{suffix}.{}", extension(document.format())))
+    folder.join(format!("{stem}{suffix}.{}", document.format().extension()))
 }
 
 /// Writes every file of the folder, each whole or not at all.
@@ -138,7 +138,7 @@ pub fn write(
             let map = UvMap::new(layout.uvs.to_vec(), mesh.triangles().to_vec())
                 .map_err(Failure::work)?;
             document
-                .write_mesh_uvs(&map, mesh_path)
+                .write_mesh_uvs(&map, mesh_path, &WriteOptions::default())
                 .map_err(Failure::work)?;
             let flattened = Flattened::Mesh(mesh, &map);
             (
@@ -149,7 +149,7 @@ pub fn write(
         }
         Surface::PointCloud(cloud) => {
             document
-                .write_point_uvs(layout.uvs, mesh_path)
+                .write_point_uvs(layout.uvs, mesh_path, &WriteOptions::default())
                 .map_err(Failure::work)?;
             let flattened = Flattened::Cloud(cloud, layout.uvs);
             (
@@ -184,13 +184,4 @@ pub fn write(
         &encode_png(&preview_png).map_err(Failure::work)?,
     )?;
     Ok(report)
-}
-
-fn extension(format: Format) -> &'static str {
-    match format {
-        Format::Obj => "obj",
-        Format::Off => "off",
-        Format::Ply => "ply",
-        Format::Xyz => "xyz",
-    }
 }

@@ -2,8 +2,7 @@
 
 use fam_core::surface::{Surface, UvMap};
 
-use crate::Format;
-use crate::document::parse;
+use crate::{Document, Format, Uvs, WriteOptions};
 
 #[path = "../tests/common/random.rs"]
 mod random;
@@ -95,7 +94,7 @@ fn damaged_files_never_panic() {
             damaged.push(bytes);
         }
         for bytes in damaged {
-            let document = match parse(format, bytes) {
+            let document = match Document::from_bytes(format, bytes) {
                 Ok(document) => document,
                 Err(fault) => {
                     let message = fault.to_string();
@@ -105,20 +104,18 @@ fn damaged_files_never_panic() {
             };
             read += 1;
             let mut out = Vec::new();
-            match document.surface() {
+            let uvs = match document.surface() {
                 Surface::Mesh(mesh) => {
                     let count = mesh.triangles().len() as u32;
                     let uvs = (0..3 * count).map(|i| [i as f32, 0.0]).collect();
                     let triangles = (0..count).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
-                    let uvs = UvMap::new(uvs, triangles.collect()).unwrap();
-                    document.mesh_to(&uvs, &mut out).unwrap();
+                    Uvs::Mesh(UvMap::new(uvs, triangles.collect()).unwrap())
                 }
-                Surface::PointCloud(cloud) => {
-                    let uvs = vec![[0.5, 0.25]; cloud.points().len()];
-                    document.points_to(&uvs, &mut out).unwrap();
-                }
-            }
-            parse(format, out).unwrap();
+                Surface::PointCloud(cloud) => Uvs::Points(vec![[0.5, 0.25]; cloud.points().len()]),
+            };
+            let options = WriteOptions::default();
+            document.write_to(&uvs, format, &options, &mut out).unwrap();
+            Document::from_bytes(format, out).unwrap();
         }
     }
     assert!(read > 900, "only {read} damaged files were still readable");

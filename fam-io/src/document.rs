@@ -1,47 +1,78 @@
 use std::fmt;
 use std::fs;
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use fam_core::surface::{PointCloud, Surface, SurfaceError, TriangleMesh, UvMap};
 
 use crate::atomic::write_atomically;
 use crate::polygons::Polygons;
-use crate::{ReadError, ReadFault, WriteError, WriteFault, obj, off, ply, xyz};
+use crate::scene::Scene;
+use crate::{ReadError, ReadFault, WriteError, WriteFault, detect, export, gltf, obj, off, ply};
+use crate::{stl, xyz};
 
 /// The file formats that are read and written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
+    /// Binary glTF 2.0.
+    Glb,
+    /// glTF 2.0 as JSON.
+    Gltf,
     /// Wavefront OBJ.
     Obj,
     /// Object File Format.
     Off,
     /// Polygon File Format.
     Ply,
+    /// Stereolithography, ASCII or binary. Read only: it has no place for UVs.
+    Stl,
     /// Columns of numbers.
     Xyz,
 }
 
 impl Format {
+    /// All formats.
+    pub const ALL: [Self; 7] = [
+        Self::Glb,
+        Self::Gltf,
+        Self::Obj,
+        Self::Off,
+        Self::Ply,
+        Self::Stl,
+        Self::Xyz,
+    ];
+
+    /// The usual extension of its files, in lower case, without a dot.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Glb => "glb",
+            Self::Gltf => "gltf",
+            Self::Obj => "obj",
+            Self::Off => "off",
+            Self::Ply => "ply",
+            Self::Stl => "stl",
+            Self::Xyz => "xyz",
+        }
+    }
+
     /// The format that the extension of `path` stands for, in upper or lower case.
     pub fn of_path(path: impl AsRef<Path>) -> Option<Self> {
         let extension = path.as_ref().extension()?.to_str()?.to_ascii_lowercase();
-        match extension.as_str() {
-            "obj" => Some(Self::Obj),
-            "off" => Some(Self::Off),
-            "ply" => Some(Self::Ply),
-            "xyz" => Some(Self::Xyz),
-            _ => None,
-        }
+        Self::ALL
+            .into_iter()
+            .find(|format| format.extension() == extension)
     }
 }
 
 impl fmt::Display for Format {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
+            Self::Glb => "GLB",
+            Self::Gltf => "glTF",
             Self::Obj => "OBJ",
             Self::Off => "OFF",
             Self::Ply => "PLY",
+            Self::Stl => "STL",
             Self::Xyz => "XYZ",
         })
     }
@@ -52,13 +83,40 @@ impl fmt::Display for Format {
 pub struct Document {
     surface: Surface,
     uvs: Option<Uvs>,
+    labels: Labels,
     source: Source,
 }
 
-/// The UVs a file already has.
-#[derive(Debug, Clone)]
-pub(crate) enum Uvs {
+/// What the triangles of a mesh belong to.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Labels {
+    /// The object (OBJ) or mesh (glTF) of every triangle; empty where all are of one. Vertices
+    /// of different objects are never one, even if they coincide.
+    pub objects: Vec<u32>,
+    /// The material of every triangle, as index into `material_names`; empty where no triangle
+    /// has one.
+    pub materials: Vec<Option<u32>>,
+    /// The names of the materials; empty for one without a name.
+    pub material_names: Vec<String>,
+}
+
+/// How a file is written, beside its UVs.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct WriteOptions {
+    /// glTF: the set `TEXCOORD_n` that takes the UVs; other sets are kept.
+    pub uv_set: u32,
+    /// glTF: every mesh gets a material with a checker texture.
+    pub checker: bool,
+    /// glTF: edges, as pairs of vertices of the surface, to be added as a line primitive.
+    pub seam_lines: Vec<[u32; 2]>,
+}
+
+/// UVs of a surface.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Uvs {
+    /// Of a mesh.
     Mesh(UvMap),
+    /// Of a point cloud, one per point.
     Points(Vec<[f32; 2]>),
 }
 
@@ -66,50 +124,68 @@ pub(crate) enum Uvs {
 pub(crate) struct Parsed<S> {
     pub surface: Surface,
     pub uvs: Option<Uvs>,
+    pub labels: Labels,
     pub source: S,
 }
 
 /// What it takes to write the file back.
 #[derive(Debug, Clone)]
 enum Source {
+    Gltf(Box<gltf::Source>),
     Obj(obj::Source),
     Off(off::Source),
     Ply(ply::Source),
+    Stl(stl::Source),
     Xyz(xyz::Source),
 }
 
-/// Reads a mesh or a point cloud; the extension tells the format.
+/// Where a file's content is.
+#[derive(Debug, Clone)]
+pub(crate) enum Content {
+    /// In a file, which is read again when it is written.
+    File(PathBuf),
+    /// In memory.
+    Bytes(Vec<u8>),
+}
+
+impl Content {
+    /// All of it in memory.
+    pub fn bytes(self) -> io::Result<Vec<u8>> {
+        match self {
+            Self::File(path) => fs::read(path),
+            Self::Bytes(bytes) => Ok(bytes),
+        }
+    }
+}
+
+/// Reads a mesh or a point cloud.
 ///
-/// A file with vertices but without faces is a point cloud. Vertices keep the order of the
-/// file; polygons are triangulated as fans around their first corner.
+/// The content tells the format, and the extension where the content leaves it open. A file
+/// with vertices but without faces is a point cloud. Vertices keep the order of the file;
+/// polygons are triangulated as fans around their first corner.
 ///
 /// # Errors
 /// The file cannot be opened, its format is unknown, it breaks the rules of its format, or
 /// it has no vertices.
 pub fn read_surface(path: impl AsRef<Path>) -> Result<Document, ReadError> {
     let path = path.as_ref();
-    read(path).map_err(|fault| ReadError {
-        path: path.to_owned(),
-        fault,
-    })
-}
-
-fn read(path: &Path) -> Result<Document, ReadFault> {
-    let format = Format::of_path(path).ok_or_else(|| {
-        ReadFault::UnknownFormat(match path.extension() {
-            Some(extension) => format!("`.{}`", extension.display()),
-            None => "a file without an extension".to_owned(),
+    detect::format_of(path)
+        .and_then(|format| parse(format, Content::File(path.to_owned())))
+        .map_err(|fault| ReadError {
+            path: path.to_owned(),
+            fault,
         })
-    })?;
-    parse(format, fs::read(path)?)
 }
 
-pub(crate) fn parse(format: Format, bytes: Vec<u8>) -> Result<Document, ReadFault> {
+fn parse(format: Format, content: Content) -> Result<Document, ReadFault> {
     match format {
-        Format::Obj => obj::parse(bytes).map(|parsed| parsed.document(Source::Obj)),
-        Format::Off => off::parse(bytes).map(|parsed| parsed.document(Source::Off)),
-        Format::Ply => ply::parse(&bytes).map(|parsed| parsed.document(Source::Ply)),
-        Format::Xyz => xyz::parse(bytes).map(|parsed| parsed.document(Source::Xyz)),
+        Format::Glb | Format::Gltf => gltf::parse(content)
+            .map(|parsed| parsed.document(|source| Source::Gltf(Box::new(source)))),
+        Format::Obj => obj::parse(content.bytes()?).map(|parsed| parsed.document(Source::Obj)),
+        Format::Off => off::parse(content.bytes()?).map(|parsed| parsed.document(Source::Off)),
+        Format::Ply => ply::parse(&content.bytes()?).map(|parsed| parsed.document(Source::Ply)),
+        Format::Stl => stl::parse(&content.bytes()?).map(|parsed| parsed.document(Source::Stl)),
+        Format::Xyz => xyz::parse(content.bytes()?).map(|parsed| parsed.document(Source::Xyz)),
     }
 }
 
@@ -118,6 +194,7 @@ impl<S> Parsed<S> {
         Document {
             surface: self.surface,
             uvs: self.uvs,
+            labels: self.labels,
             source: source(self.source),
         }
     }
@@ -136,7 +213,15 @@ impl Document {
         for [a, b, c] in mesh.triangles().iter().map(|t| t.map(|v| v + 1)) {
             text.push_str(&format!("f {a} {b} {c}\n"));
         }
-        parse(Format::Obj, text.into_bytes())
+        Self::from_bytes(Format::Obj, text.into_bytes())
+    }
+
+    /// The content of a file that is in memory. A glTF document must hold all of its buffers.
+    ///
+    /// # Errors
+    /// As [`read_surface`].
+    pub fn from_bytes(format: Format, bytes: Vec<u8>) -> Result<Self, ReadFault> {
+        parse(format, Content::Bytes(bytes))
     }
 
     /// The mesh or the cloud, in the coordinates of the file.
@@ -160,9 +245,16 @@ impl Document {
         }
     }
 
-    /// The format of the file, which is also that of what is written.
+    /// What the triangles of the mesh belong to.
+    pub fn labels(&self) -> &Labels {
+        &self.labels
+    }
+
+    /// The format of the file.
     pub fn format(&self) -> Format {
-        match self.source {
+        match &self.source {
+            Source::Gltf(source) => source.format(),
+            Source::Stl(_) => Format::Stl,
             Source::Obj(_) => Format::Obj,
             Source::Off(_) => Format::Off,
             Source::Ply(_) => Format::Ply,
@@ -170,60 +262,90 @@ impl Document {
         }
     }
 
-    /// Writes the file again, with `uvs` in the place of any UVs it had.
+    /// Writes the file again, with `uvs` in the place of any UVs it had; in another format if
+    /// the extension of `path` is that of one. V points up.
     ///
     /// # Errors
     /// The surface is a point cloud, `uvs` has not one triangle for each of the mesh, the
-    /// extension of `path` is that of another format, or the file cannot be written.
-    pub fn write_mesh_uvs(&self, uvs: &UvMap, path: impl AsRef<Path>) -> Result<(), WriteError> {
-        let path = path.as_ref();
-        self.check_output(path)
-            .and_then(|()| self.check_mesh(uvs))
-            .map_err(|fault| fault.at(path))?;
-        write_atomically(path, |out| self.mesh_to(uvs, out))
+    /// format has no place for UVs, or the file cannot be written.
+    pub fn write_mesh_uvs(
+        &self,
+        uvs: &UvMap,
+        path: impl AsRef<Path>,
+        options: &WriteOptions,
+    ) -> Result<(), WriteError> {
+        self.write(Uvs::Mesh(uvs.clone()), path.as_ref(), options)
     }
 
-    /// Writes the file again, with the UV of every point in the place of any UVs it had.
+    /// Writes the file again, with the UV of every point in the place of any UVs it had; in
+    /// another format if the extension of `path` is that of one. V points up.
     ///
     /// # Errors
-    /// The surface is a mesh, there is not one finite UV for each point, the extension of
-    /// `path` is that of another format, or the file cannot be written.
+    /// The surface is a mesh, there is not one finite UV for each point, the format has no
+    /// place for UVs, or the file cannot be written.
     pub fn write_point_uvs(
         &self,
         uvs: &[[f32; 2]],
         path: impl AsRef<Path>,
+        options: &WriteOptions,
     ) -> Result<(), WriteError> {
-        let path = path.as_ref();
-        self.check_output(path)
-            .and_then(|()| self.check_points(uvs))
-            .map_err(|fault| fault.at(path))?;
-        write_atomically(path, |out| self.points_to(uvs, out))
+        self.write(Uvs::Points(uvs.to_vec()), path.as_ref(), options)
     }
 
-    pub(crate) fn mesh_to(&self, uvs: &UvMap, out: &mut dyn Write) -> io::Result<()> {
-        match &self.source {
-            Source::Obj(source) => source.write_mesh(uvs, out),
-            Source::Off(source) => source.write_mesh(uvs, out),
-            Source::Ply(source) => source.write_mesh(uvs, out),
-            // Never a mesh.
-            Source::Xyz(_) => Ok(()),
+    /// Writes the file again to `out`, with UVs of the kind that the surface needs.
+    ///
+    /// # Errors
+    /// As [`write_mesh_uvs`](Self::write_mesh_uvs) and
+    /// [`write_point_uvs`](Self::write_point_uvs).
+    pub fn write_to(
+        &self,
+        uvs: &Uvs,
+        format: Format,
+        options: &WriteOptions,
+        out: &mut dyn Write,
+    ) -> Result<(), WriteFault> {
+        match uvs {
+            Uvs::Mesh(uvs) => self.check_mesh(uvs)?,
+            Uvs::Points(uvs) => self.check_points(uvs)?,
         }
-    }
-
-    pub(crate) fn points_to(&self, uvs: &[[f32; 2]], out: &mut dyn Write) -> io::Result<()> {
-        match &self.source {
-            Source::Obj(source) => source.write_points(uvs, out),
-            Source::Off(source) => source.write_points(uvs, out),
-            Source::Ply(source) => source.write_points(uvs, out),
-            Source::Xyz(source) => source.write_points(uvs, out),
+        match (&self.source, format) {
+            (Source::Gltf(source), Format::Glb | Format::Gltf) => {
+                source.write(uvs, format, options, out)?;
+            }
+            (Source::Obj(source), Format::Obj) => source.write(uvs, out)?,
+            (Source::Off(source), Format::Off) => source.write(uvs, out)?,
+            (Source::Ply(source), Format::Ply) => source.write(uvs, out)?,
+            (Source::Xyz(source), Format::Xyz) => source.write(uvs, out)?,
+            _ => export::write(&self.scene()?, uvs, format, options, out)?,
         }
+        Ok(())
     }
 
-    fn check_output(&self, path: &Path) -> Result<(), WriteFault> {
-        let input = self.format();
-        match Format::of_path(path) {
-            Some(output) if output != input => Err(WriteFault::OtherFormat { input, output }),
-            _ => Ok(()),
+    fn write(&self, uvs: Uvs, path: &Path, options: &WriteOptions) -> Result<(), WriteError> {
+        let format = Format::of_path(path).unwrap_or(self.format());
+        let mut fault = None;
+        write_atomically(path, |out| {
+            match self.write_to(&uvs, format, options, out) {
+                Ok(()) => Ok(()),
+                Err(WriteFault::Io(error)) => Err(error),
+                Err(other) => {
+                    let error = io::Error::other(other.to_string());
+                    fault = Some(other);
+                    Err(error)
+                }
+            }
+        })
+        .map_err(|error| fault.map_or(error, |fault| fault.at(path)))
+    }
+
+    /// The content as all formats have it in common.
+    pub(crate) fn scene(&self) -> io::Result<Scene> {
+        match &self.source {
+            Source::Gltf(source) => source.scene(),
+            Source::Obj(source) => source.scene(),
+            Source::Off(source) => source.scene(),
+            Source::Ply(source) => source.scene(),
+            Source::Stl(_) | Source::Xyz(_) => Ok(Scene::of_surface(&self.surface)),
         }
     }
 

@@ -22,7 +22,10 @@ pub enum ReadFault {
     #[error("{0}")]
     Io(#[from] io::Error),
     /// The extension is not one of a known format.
-    #[error("{0} is not a known format; the known ones are .obj, .off, .ply and .xyz")]
+    #[error(
+        "{0} is not a known format; \
+         the known ones are .glb, .gltf, .obj, .off, .ply, .stl and .xyz"
+    )]
     UnknownFormat(String),
     /// The content does not follow the rules of its format.
     #[error("line {line}: {problem}")]
@@ -56,10 +59,10 @@ pub enum ReadFault {
     },
     /// A part of the format that is not read.
     #[error("{0} not supported")]
-    Unsupported(&'static str),
-    /// A PLY file that its parser rejects, or that lacks what a surface needs.
+    Unsupported(String),
+    /// A file that the parser of its format rejects, or that lacks what a surface needs.
     #[error("{0}")]
-    Ply(String),
+    Malformed(String),
     /// The parts do not make a surface.
     #[error("{0}")]
     Surface(#[from] SurfaceError),
@@ -82,13 +85,16 @@ pub enum WriteFault {
     /// The operating system refused.
     #[error("{0}")]
     Io(#[from] io::Error),
-    /// The extension of the output belongs to another format than the input's.
-    #[error("the result is written in the format of the input, {input}, not {output}")]
-    OtherFormat {
-        /// The format of the input.
-        input: Format,
-        /// The format that the extension of the output stands for.
-        output: Format,
+    /// The format cannot hold UVs.
+    #[error("{0} has no place for UVs")]
+    NoPlaceForUvs(Format),
+    /// The format cannot hold this surface.
+    #[error("{format} has no place for {surface}")]
+    NoPlaceForSurface {
+        /// The format of the output.
+        format: Format,
+        /// What the surface is.
+        surface: &'static str,
     },
     /// The UVs of a mesh for a point cloud, or the other way round.
     #[error("the surface is {surface}, but the UVs are for {uvs}")]

@@ -16,6 +16,7 @@
 //!
 //! ```no_run
 //! use fam_core::surface::{Surface, UvMap};
+//! use fam_io::WriteOptions;
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let document = fam_io::read_surface("spot.obj")?;
@@ -24,12 +25,12 @@
 //!         println!("{} vertices, {} triangles", mesh.positions().len(), mesh.triangles().len());
 //!         let flat = mesh.positions().iter().map(|p| [p[0] as f32, p[1] as f32]).collect();
 //!         let uvs = UvMap::new(flat, mesh.triangles().to_vec())?;
-//!         document.write_mesh_uvs(&uvs, "spot-uv.obj")?;
+//!         document.write_mesh_uvs(&uvs, "spot-uv.obj", &WriteOptions::default())?;
 //!     }
 //!     Surface::PointCloud(cloud) => {
 //!         println!("{} points", cloud.points().len());
 //!         let flat: Vec<_> = cloud.points().iter().map(|p| [p[0] as f32, p[1] as f32]).collect();
-//!         document.write_point_uvs(&flat, "spot-uv.obj")?;
+//!         document.write_point_uvs(&flat, "spot-uv.obj", &WriteOptions::default())?;
 //!     }
 //! }
 //! # Ok(())
@@ -39,16 +40,21 @@
 pub mod atomic;
 #[cfg(test)]
 mod damaged;
+mod detect;
 mod document;
 mod error;
+mod export;
+pub mod gltf;
 pub mod obj;
 pub mod off;
 pub mod picture;
 pub mod ply;
 mod polygons;
+mod scene;
 pub mod seams;
+pub mod stl;
 mod text;
 pub mod xyz;
 
-pub use document::{Document, Format, read_surface};
+pub use document::{Document, Format, Labels, Uvs, WriteOptions, read_surface};
 pub use error::{ReadError, ReadFault, WriteError, WriteFault};

@@ -30,10 +30,11 @@ use std::io::{self, Write};
 
 use fam_core::surface::{Surface, SurfaceError, UvMap, vector};
 
-use crate::ReadFault;
-use crate::document::{Parsed, Uvs, surface, vertex_uvs};
+use crate::document::{Parsed, surface, vertex_uvs};
 use crate::polygons::{Pieces, Polygons, fan};
+use crate::scene::Scene;
 use crate::text::{self, Edits, excerpt, syntax};
+use crate::{Labels, ReadFault, Uvs};
 use numbers::Numbers;
 use statements::{Statement, statements};
 
@@ -67,6 +68,7 @@ pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
     Ok(Parsed {
         surface,
         uvs,
+        labels: Labels::default(),
         source: Source { bytes },
     })
 }
@@ -234,7 +236,18 @@ impl<'a> Corner<'a> {
 }
 
 impl Source {
-    pub fn write_mesh(&self, uvs: &UvMap, out: &mut dyn Write) -> io::Result<()> {
+    pub fn write(&self, uvs: &Uvs, out: &mut dyn Write) -> io::Result<()> {
+        match uvs {
+            Uvs::Mesh(uvs) => self.write_mesh(uvs, out),
+            Uvs::Points(uvs) => self.write_points(uvs, out),
+        }
+    }
+
+    pub fn scene(&self) -> io::Result<Scene> {
+        Ok(Scene::default())
+    }
+
+    fn write_mesh(&self, uvs: &UvMap, out: &mut dyn Write) -> io::Result<()> {
         let mut edits = Edits::default();
         let mut pieces = Pieces::of(uvs);
         let mut first_face = true;
@@ -255,7 +268,7 @@ impl Source {
         edits.apply(&self.bytes, out)
     }
 
-    pub fn write_points(&self, uvs: &[[f32; 2]], out: &mut dyn Write) -> io::Result<()> {
+    fn write_points(&self, uvs: &[[f32; 2]], out: &mut dyn Write) -> io::Result<()> {
         let mut edits = Edits::default();
         for statement in statements(&self.bytes) {
             match statement.keyword(&self.bytes) {

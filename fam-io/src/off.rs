@@ -22,10 +22,11 @@ use std::ops::Range;
 
 use fam_core::surface::UvMap;
 
-use crate::ReadFault;
 use crate::document::{Parsed, surface, vertex_uvs};
 use crate::polygons::{Polygons, Split};
+use crate::scene::Scene;
 use crate::text::{self, Edits, coordinate, excerpt, is_blank, lines, syntax, words};
+use crate::{Labels, ReadFault, Uvs};
 
 /// An OFF file, to be written back.
 #[derive(Debug, Clone)]
@@ -135,6 +136,7 @@ pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
     Ok(Parsed {
         surface,
         uvs,
+        labels: Labels::default(),
         source: Source {
             letters,
             keyword,
@@ -176,8 +178,8 @@ fn keyword(word: &[u8], line: usize) -> Result<(Letters, usize), ReadFault> {
                 letters.normals = true;
                 1
             }
-            b'4' => return Err(ReadFault::Unsupported("four-dimensional OFF is")),
-            b'n' => return Err(ReadFault::Unsupported("n-dimensional OFF is")),
+            b'4' => return Err(ReadFault::Unsupported("four-dimensional OFF is".to_owned())),
+            b'n' => return Err(ReadFault::Unsupported("n-dimensional OFF is".to_owned())),
             _ => {
                 let found = excerpt(word);
                 return Err(syntax(line, format!("`{found}` is not a keyword of OFF")));
@@ -283,7 +285,18 @@ fn corners(bytes: &[u8], row: &Row, face: usize, count: usize) -> Result<Vec<u32
 }
 
 impl Source {
-    pub fn write_mesh(&self, uvs: &UvMap, out: &mut dyn Write) -> io::Result<()> {
+    pub fn write(&self, uvs: &Uvs, out: &mut dyn Write) -> io::Result<()> {
+        match uvs {
+            Uvs::Mesh(uvs) => self.write_mesh(uvs, out),
+            Uvs::Points(uvs) => self.write_points(uvs, out),
+        }
+    }
+
+    pub fn scene(&self) -> io::Result<Scene> {
+        Ok(Scene::default())
+    }
+
+    fn write_mesh(&self, uvs: &UvMap, out: &mut dyn Write) -> io::Result<()> {
         let split = Split::at_seams(self.vertices.len(), &self.polygons, uvs);
         let mut edits = self.with_vertex_uvs(&split.uvs[..self.vertices.len()]);
         let line_end = text::line_end(&self.bytes);
@@ -333,7 +346,7 @@ impl Source {
         edits.apply(&self.bytes, out)
     }
 
-    pub fn write_points(&self, uvs: &[[f32; 2]], out: &mut dyn Write) -> io::Result<()> {
+    fn write_points(&self, uvs: &[[f32; 2]], out: &mut dyn Write) -> io::Result<()> {
         self.with_vertex_uvs(uvs).apply(&self.bytes, out)
     }
 

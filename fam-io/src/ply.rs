@@ -25,9 +25,10 @@ use ply_rs_bw::ply::{
 };
 use ply_rs_bw::writer::Writer;
 
-use crate::ReadFault;
 use crate::document::{Parsed, surface, vertex_uvs};
 use crate::polygons::{Polygons, Split};
+use crate::scene::Scene;
+use crate::{Labels, ReadFault, Uvs};
 
 const UV_NAMES: [[&str; 2]; 3] = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]];
 const FACE_NAMES: [&str; 2] = ["vertex_indices", "vertex_index"];
@@ -73,14 +74,14 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Parsed<Source>, ReadFault> {
     };
     let (vertex, vertices) = entries("vertex").ok_or(SurfaceError::NoVertices)?;
     let positions = scalars(vertex, vertices, ["x", "y", "z"])
-        .ok_or_else(|| ReadFault::Ply("the vertices have no x, y and z".to_owned()))?;
+        .ok_or_else(|| ReadFault::Malformed("the vertices have no x, y and z".to_owned()))?;
     let normals = scalars(vertex, vertices, ["nx", "ny", "nz"]);
     let uvs = UV_NAMES
         .into_iter()
         .find_map(|names| scalars(vertex, vertices, names))
         .map(|uvs| uvs.into_iter().map(|uv| uv.map(|c| c as f32)).collect());
     if entries("tristrips").is_some_and(|(_, strips)| !strips.is_empty()) {
-        return Err(ReadFault::Unsupported("triangle strips are"));
+        return Err(ReadFault::Unsupported("triangle strips are".to_owned()));
     }
     let polygons = match entries("face") {
         Some((face, faces)) => polygons(face, faces, positions.len())?,
@@ -92,6 +93,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Parsed<Source>, ReadFault> {
     Ok(Parsed {
         surface,
         uvs,
+        labels: Labels::default(),
         source: Source {
             header,
             rows,
@@ -107,7 +109,7 @@ fn rejected(error: ply_rs_bw::parser::ParseError) -> ReadFault {
     let words: Vec<&str> = message.split_whitespace().collect();
     let line: String = words.join(" ");
     let shown = line.chars().filter(|c| !c.is_control()).take(LONGEST);
-    ReadFault::Ply(shown.collect())
+    ReadFault::Malformed(shown.collect())
 }
 
 /// Refuses a header that announces more entries than `available` bytes can hold.
@@ -198,10 +200,10 @@ fn polygons(face: &ElementDef, rows: &[Row], count: usize) -> Result<Polygons, R
         return Ok(polygons);
     }
     let column = indices_column(face)
-        .ok_or_else(|| ReadFault::Ply("the faces have no list vertex_indices".to_owned()))?;
+        .ok_or_else(|| ReadFault::Malformed("the faces have no list vertex_indices".to_owned()))?;
     for (number, row) in rows.iter().enumerate() {
         let indices = row.0.get(column).and_then(indices).ok_or_else(|| {
-            ReadFault::Ply("the vertex indices of the faces are not integers".to_owned())
+            ReadFault::Malformed("the vertex indices of the faces are not integers".to_owned())
         })?;
         let corners = indices.iter().map(|&index| {
             let exists = usize::try_from(index).is_ok_and(|index| index < count);
@@ -237,19 +239,30 @@ fn indices(list: &Property) -> Option<Vec<i64>> {
 }
 
 impl Source {
-    pub fn write_mesh(&self, uvs: &UvMap, out: &mut dyn Write) -> io::Result<()> {
+    pub fn write(&self, uvs: &Uvs, out: &mut dyn Write) -> io::Result<()> {
+        match uvs {
+            Uvs::Mesh(uvs) => self.write_mesh(uvs, out),
+            Uvs::Points(uvs) => self.write_points(uvs, out),
+        }
+    }
+
+    pub fn scene(&self) -> io::Result<Scene> {
+        Ok(Scene::default())
+    }
+
+    fn write_mesh(&self, uvs: &UvMap, out: &mut dyn Write) -> io::Result<()> {
         let vertices = self.element("vertex").map_or(0, |at| self.rows[at].len());
         let split = Split::at_seams(vertices, &self.polygons, uvs);
         let mut output = self.clone();
         output.set_vertex_uvs(&split.added, &split.uvs);
         output.set_faces(&split.faces, split.uvs.len());
-        output.write(out)
+        output.write_rows(out)
     }
 
-    pub fn write_points(&self, uvs: &[[f32; 2]], out: &mut dyn Write) -> io::Result<()> {
+    fn write_points(&self, uvs: &[[f32; 2]], out: &mut dyn Write) -> io::Result<()> {
         let mut output = self.clone();
         output.set_vertex_uvs(&[], uvs);
-        output.write(out)
+        output.write_rows(out)
     }
 
     fn element(&self, name: &str) -> Option<usize> {
@@ -332,7 +345,7 @@ impl Source {
         }
     }
 
-    fn write(mut self, out: &mut dyn Write) -> io::Result<()> {
+    fn write_rows(mut self, out: &mut dyn Write) -> io::Result<()> {
         let writer = Writer::<DefaultElement>::new();
         for (definition, rows) in self.header.elements.values_mut().zip(&self.rows) {
             definition.count = rows.len();

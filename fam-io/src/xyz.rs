@@ -17,10 +17,10 @@ use std::ops::Range;
 
 use fam_core::surface::vector;
 
-use crate::ReadFault;
 use crate::document::{Parsed, surface, vertex_uvs};
 use crate::polygons::Polygons;
 use crate::text::{self, Edits, coordinate, lines, words};
+use crate::{Labels, ReadFault, Uvs};
 
 const UNIT_TOLERANCE: f64 = 1e-2;
 
@@ -124,6 +124,7 @@ pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
     Ok(Parsed {
         surface,
         uvs,
+        labels: Labels::default(),
         source: Source {
             bytes,
             points,
@@ -149,7 +150,15 @@ fn unit_normal(bytes: &[u8], columns: &[Range<usize>]) -> Option<[f64; 3]> {
 }
 
 impl Source {
-    pub fn write_points(&self, uvs: &[[f32; 2]], out: &mut dyn Write) -> io::Result<()> {
+    pub fn write(&self, uvs: &Uvs, out: &mut dyn Write) -> io::Result<()> {
+        match uvs {
+            // Never a mesh.
+            Uvs::Mesh(_) => Ok(()),
+            Uvs::Points(uvs) => self.write_points(uvs, out),
+        }
+    }
+
+    fn write_points(&self, uvs: &[[f32; 2]], out: &mut dyn Write) -> io::Result<()> {
         let mut edits = Edits::default();
         if !self.has_uvs
             && let Some(first) = lines(&self.bytes).next()

@@ -6,7 +6,7 @@ use std::fs;
 
 use common::Folder;
 use fam_core::surface::UvMap;
-use fam_io::read_surface;
+use fam_io::{WriteOptions, read_surface};
 
 /// The message of a file that cannot be read, without the folder.
 fn fault(folder: &Folder, name: &str, content: impl AsRef<[u8]>) -> String {
@@ -155,9 +155,9 @@ fn faults_are_one_line_with_the_reason() {
             ": line 2: `inf` is not a finite number",
         ),
         (
-            "a.stl",
+            "a.fbx",
             String::new(),
-            ": `.stl` is not a known format; the known ones are .obj, .off, .ply and .xyz",
+            ": `.fbx` is not a known format; the known ones are .glb, .gltf, .obj, .off, .ply, .stl and .xyz",
         ),
         (
             "none",
@@ -208,30 +208,31 @@ fn results_that_do_not_fit_are_refused_and_the_old_file_stays() {
     let cloud = folder.read("a.xyz", "0 0 0\n1 1 1\n");
     let uvs = |count| UvMap::new(vec![[0.0, 0.0]], vec![[0; 3]; count]).unwrap();
     let out = folder.file("out.obj", "old");
-    let other = folder.file("out.ply", "old");
+    let other = folder.file("out.stl", "old");
+    let options = WriteOptions::default();
     let errors = [
         (
-            document.write_mesh_uvs(&uvs(2), &out),
+            document.write_mesh_uvs(&uvs(2), &out, &options),
             "1 triangles need as many UVs, found 2",
         ),
         (
-            document.write_point_uvs(&[[0.0; 2]; 3], &out),
+            document.write_point_uvs(&[[0.0; 2]; 3], &out, &options),
             "the surface is a mesh, but the UVs are for a point cloud",
         ),
         (
-            document.write_mesh_uvs(&uvs(1), &other),
-            "the result is written in the format of the input, OBJ, not PLY",
+            document.write_mesh_uvs(&uvs(1), &other, &options),
+            "STL has no place for UVs",
         ),
         (
-            cloud.write_mesh_uvs(&uvs(1), folder.path("b.xyz")),
+            cloud.write_mesh_uvs(&uvs(1), folder.path("b.xyz"), &options),
             "the surface is a point cloud, but the UVs are for a mesh",
         ),
         (
-            cloud.write_point_uvs(&[[0.0; 2]], folder.path("b.xyz")),
+            cloud.write_point_uvs(&[[0.0; 2]], folder.path("b.xyz"), &options),
             "2 points need as many UVs, found 1",
         ),
         (
-            cloud.write_point_uvs(&[[0.0; 2], [f32::NAN, 0.0]], folder.path("b.xyz")),
+            cloud.write_point_uvs(&[[0.0; 2], [f32::NAN, 0.0]], folder.path("b.xyz"), &options),
             "the UV of point 1 is not a finite number",
         ),
     ];

@@ -8,7 +8,7 @@ use std::fs;
 
 use common::Folder;
 use fam_core::surface::{Surface, TriangleMesh, UvMap};
-use fam_io::{Document, Format, read_surface};
+use fam_io::{Document, Format, WriteOptions, read_surface};
 use random::Random;
 
 fn mesh(document: &Document) -> &TriangleMesh {
@@ -33,7 +33,9 @@ fn random_uv(random: &mut Random) -> [f32; 2] {
 /// Writes a mesh with UVs and returns the content of the file.
 fn written(folder: &Folder, document: &Document, name: &str, uvs: &UvMap) -> Vec<u8> {
     let path = folder.path(name);
-    document.write_mesh_uvs(uvs, &path).unwrap();
+    document
+        .write_mesh_uvs(uvs, &path, &WriteOptions::default())
+        .unwrap();
     fs::read(path).unwrap()
 }
 
@@ -197,7 +199,9 @@ fn every_format_gives_back_positions_polygons_and_uvs() {
         for round in 0..6 {
             let uvs = random_uvs(&mut random, round % 3);
             let path = folder.path(&format!("out-{name}"));
-            document.write_mesh_uvs(&uvs, &path).unwrap();
+            document
+                .write_mesh_uvs(&uvs, &path, &WriteOptions::default())
+                .unwrap();
             let again = read_surface(&path).unwrap();
             let after = mesh(&again);
             let read = again.uv_map().unwrap();
@@ -214,7 +218,9 @@ fn every_format_gives_back_positions_polygons_and_uvs() {
 
             // Writing what was read is the same file.
             let first = fs::read(&path).unwrap();
-            again.write_mesh_uvs(read, &path).unwrap();
+            again
+                .write_mesh_uvs(read, &path, &WriteOptions::default())
+                .unwrap();
             assert_eq!(fs::read(&path).unwrap(), first, "{name}");
         }
     }
@@ -381,7 +387,9 @@ fn off_reads_its_dialects() {
         let text = format!("OFF\n1 0 0\n0 0 0{columns}\n");
         let document = folder.read("a.off", text);
         let path = folder.path("b.off");
-        document.write_point_uvs(&[[0.5, 1.0]], &path).unwrap();
+        document
+            .write_point_uvs(&[[0.5, 1.0]], &path, &WriteOptions::default())
+            .unwrap();
         let expected = format!("{keyword}\n1 0 0\n0 0 0{columns} 0.5 1\n");
         assert_eq!(fs::read_to_string(path).unwrap(), expected);
     }
@@ -484,7 +492,9 @@ fn clouds_of_every_format_give_back_points_and_uvs() {
         let mut source = document;
         for round in 0..4 {
             let uvs = [(); 3].map(|()| random_uv(&mut random));
-            source.write_point_uvs(&uvs, &path).unwrap();
+            source
+                .write_point_uvs(&uvs, &path, &WriteOptions::default())
+                .unwrap();
             let again = read_surface(&path).unwrap();
             assert_eq!(again.surface(), source.surface(), "{name}");
             assert_eq!(again.point_uvs(), Some(&uvs[..]), "{name}");
@@ -520,7 +530,7 @@ fn xyz_names_its_columns_on_the_first_line() {
     ] {
         let document = folder.read("a.xyz", content);
         document
-            .write_point_uvs(&uvs, folder.path("b.xyz"))
+            .write_point_uvs(&uvs, folder.path("b.xyz"), &WriteOptions::default())
             .unwrap();
         assert_eq!(fs::read_to_string(folder.path("b.xyz")).unwrap(), expected);
     }

@@ -32,7 +32,9 @@ fn write_torus(path: &Path) {
     let document = fam_io::Document::of_mesh(&mesh).unwrap();
     let flat = mesh.positions().iter().map(|p| [p[0] as f32, p[1] as f32]);
     let uvs = fam_core::surface::UvMap::new(flat.collect(), mesh.triangles().to_vec()).unwrap();
-    document.write_mesh_uvs(&uvs, path).unwrap();
+    document
+        .write_mesh_uvs(&uvs, path, &fam_io::WriteOptions::default())
+        .unwrap();
 }
 
 fn json(path: &Path) -> Value {

@@ -3,6 +3,7 @@ use std::process::ExitCode;
 use burn::tensor::backend::AutodiffBackend;
 use fam_core::map::{ModelFileError, TrainedMap};
 use fam_core::surface::{Surface, UvMap};
+use fam_io::WriteOptions;
 
 use crate::args;
 use crate::backend::{Backend, Job};
@@ -24,9 +25,11 @@ pub fn map(arguments: &args::Map) -> Result<ExitCode, Failure> {
     match surface {
         Surface::Mesh(mesh) => {
             let uvs = UvMap::new(uvs, mesh.triangles().to_vec()).map_err(Failure::work)?;
-            document.write_mesh_uvs(&uvs, &arguments.out)
+            document.write_mesh_uvs(&uvs, &arguments.out, &WriteOptions::default())
         }
-        Surface::PointCloud(_) => document.write_point_uvs(&uvs, &arguments.out),
+        Surface::PointCloud(_) => {
+            document.write_point_uvs(&uvs, &arguments.out, &WriteOptions::default())
+        }
     }
     .map_err(Failure::work)?;
     Ok(ExitCode::SUCCESS)
