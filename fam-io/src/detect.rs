@@ -5,7 +5,10 @@ use std::path::Path;
 use crate::{Format, ReadFault};
 
 /// The format of a file.
-pub(crate) fn format_of(path: &Path) -> Result<Format, ReadFault> {
+///
+/// # Errors
+/// The file cannot be opened, or its format is not one that is read.
+pub fn format_of(path: &Path) -> Result<Format, ReadFault> {
     Format::of_path(path).ok_or_else(|| {
         ReadFault::UnknownFormat(match path.extension() {
             Some(extension) => format!("`.{}`", extension.display()),
