@@ -30,7 +30,7 @@ pub fn unwrap(arguments: args::Unwrap) -> Result<ExitCode, Failure> {
             let stem = path.file_stem().unwrap_or(path.as_os_str());
             (document, stem.to_string_lossy().into_owned())
         }
-        None => (sample()?, "sample".to_string()),
+        None => (sample(), "sample".to_string()),
     };
     let input = match &arguments.input {
         Some(path) => path.display().to_string(),
@@ -110,8 +110,8 @@ pub fn unwrap(arguments: args::Unwrap) -> Result<ExitCode, Failure> {
 }
 
 /// The built-in surface: closed and of genus 1, so that seams have to be found.
-fn sample() -> Result<Document, Failure> {
-    Document::of_mesh(&shapes::torus(1.0, 0.4, 96, 48)).map_err(Failure::work)
+fn sample() -> Document {
+    Document::of_surface(Surface::Mesh(shapes::torus(1.0, 0.4, 96, 48)))
 }
 
 fn describe(surface: &Surface) -> String {
