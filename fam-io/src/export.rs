@@ -12,6 +12,7 @@
 
 mod baked;
 mod color;
+mod gltf;
 mod materials;
 mod names;
 mod obj;
@@ -55,37 +56,20 @@ impl Export<'_> {
     /// Writes a file of this format.
     pub fn write(&self, format: Format, out: &mut dyn Write) -> Result<(), WriteFault> {
         let parts = parts::parts(&self.scene, self.uvs)?;
-        match (format, self.uvs) {
-            (Format::Glb | Format::Gltf, _) => Err(WriteFault::NoPlaceForUvs(format)),
-            (Format::Stl, _) => Err(WriteFault::NoPlaceForUvs(format)),
-            (Format::Xyz, Uvs::Mesh(_)) => Err(WriteFault::NoPlaceForSurface {
-                format,
-                surface: "a mesh",
-            }),
-            (Format::Obj | Format::Off | Format::Ply | Format::Xyz, _) => {
-                self.write_baked(&parts, format, out)
-            }
-        }
-    }
-
-    /// Writes a file of a format in which a mesh has one place.
-    fn write_baked(
-        &self,
-        parts: &[Part],
-        format: Format,
-        out: &mut dyn Write,
-    ) -> Result<(), WriteFault> {
+        let no_place = |surface| WriteFault::NoPlaceForSurface { format, surface };
         if !parts.iter().all(Part::is_finite) {
-            return Err(WriteFault::NoPlaceForSurface {
-                format,
-                surface: "coordinates that are not finite",
-            });
+            return Err(no_place("coordinates that are not finite"));
         }
         match format {
-            Format::Obj => obj::write(&self.scene, parts, self.uvs, self.stem.as_deref(), out)?,
-            Format::Off => off::write(&Baked::of(parts), out)?,
-            Format::Ply => ply::write(&Baked::of(parts), self.uvs, out)?,
-            _ => xyz::write(&Baked::of(parts), out)?,
+            Format::Glb | Format::Gltf => gltf::write(self, &parts, format, out)?,
+            Format::Obj => obj::write(self, &parts, out)?,
+            Format::Off => off::write(&Baked::of(&parts), out)?,
+            Format::Ply => ply::write(&Baked::of(&parts), self.uvs, out)?,
+            Format::Stl => return Err(WriteFault::NoPlaceForUvs(format)),
+            Format::Xyz => match self.uvs {
+                Uvs::Mesh(_) => return Err(no_place("a mesh")),
+                Uvs::Points(_) => xyz::write(&Baked::of(&parts), out)?,
+            },
         }
         Ok(())
     }

@@ -11,26 +11,20 @@ use std::collections::HashMap;
 use std::io::{self, Write};
 
 use crate::Uvs;
-use crate::scene::Scene;
 
+use super::Export;
 use super::color::srgb_text;
 use super::parts::Part;
 use super::place::Place;
 use super::{materials, names};
 
-pub(super) fn write(
-    scene: &Scene,
-    parts: &[Part],
-    uvs: &Uvs,
-    stem: Option<&str>,
-    out: &mut dyn Write,
-) -> io::Result<()> {
-    if let Some(stem) = stem
-        && !scene.materials.is_empty()
+pub(super) fn write(export: &Export, parts: &[Part], out: &mut dyn Write) -> io::Result<()> {
+    if let Some(stem) = &export.stem
+        && !export.scene.materials.is_empty()
     {
         writeln!(out, "mtllib {}", materials::library_name(stem))?;
     }
-    let (materials, no_material) = materials::names(scene);
+    let (materials, no_material) = materials::names(&export.scene);
     let mut writer = Writer {
         out,
         materials,
@@ -39,7 +33,7 @@ pub(super) fn write(
         vertices: 0,
         normals: 0,
     };
-    if let Uvs::Mesh(map) = uvs {
+    if let Uvs::Mesh(map) = export.uvs {
         writer.uvs(map.uvs())?;
     }
     let has_normals = parts.iter().any(|part| part.mesh.normals.is_some());
@@ -48,7 +42,7 @@ pub(super) fn write(
             writeln!(writer.out, "o {name}")?;
         }
         writer.vertices(part, place)?;
-        match uvs {
+        match export.uvs {
             Uvs::Mesh(_) => writer.faces(part, place)?,
             Uvs::Points(_) => writer.point_uvs(part, place, has_normals)?,
         }

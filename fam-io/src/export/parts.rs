@@ -38,7 +38,7 @@ impl Part<'_> {
 
     /// Whether the transforms leave all coordinates finite.
     pub fn is_finite(&self) -> bool {
-        let mut moved = self.places.iter().filter(|place| !place.is_identity());
+        let mut moved = self.places.iter().filter(|place| place.axes().is_some());
         moved.all(|place| {
             let mut positions = self.mesh.positions.iter();
             positions.all(|&p| place.position(p).iter().all(|c| c.is_finite()))

@@ -22,8 +22,9 @@ impl Place {
         }
     }
 
-    pub fn is_identity(&self) -> bool {
-        self.columns.is_none()
+    /// Where the three axes go; `None` where nothing moves.
+    pub fn axes(&self) -> Option<[[f64; 3]; 3]> {
+        self.columns.map(|[x, y, z, _]| [x, y, z])
     }
 
     pub fn position(&self, p: [f64; 3]) -> [f64; 3] {

@@ -28,7 +28,8 @@ impl VertexTable {
         if part.mesh.polygons.iter().next().is_none() {
             Self::of_points(part)
         } else {
-            Self::split(part, |corner| part.corner_normal(corner))
+            let corners = part.faces.corners().iter();
+            Self::split(part, corners.map(|corner| part.corner_normal(corner)))
         }
     }
 
@@ -45,8 +46,9 @@ impl VertexTable {
         }
     }
 
-    /// One vertex for every normal and UV that the corners of a vertex have.
-    pub fn split(part: &Part, normal: impl Fn(&Corner) -> [f32; 3]) -> Self {
+    /// One vertex for every normal and UV that the corners of a vertex have; `normals` are
+    /// those of the corners of all faces.
+    pub fn split(part: &Part, normals: impl Iterator<Item = [f32; 3]>) -> Self {
         let unused = |at| Vertex {
             of: at as u32,
             normal: [0.0; 3],
@@ -55,10 +57,10 @@ impl VertexTable {
         let mut vertices: Vec<Vertex> = (0..part.mesh.positions.len()).map(unused).collect();
         let mut used = vec![false; vertices.len()];
         let mut copies: HashMap<(u32, [u32; 3], [u32; 2]), u32> = HashMap::new();
-        let mut place = |corner: &Corner| {
+        let mut place = |(corner, normal): (&Corner, [f32; 3])| {
             let vertex = Vertex {
                 of: corner.vertex,
-                normal: normal(corner),
+                normal,
                 uv: part.uvs[corner.uv as usize],
             };
             let first = corner.vertex as usize;
@@ -76,7 +78,26 @@ impl VertexTable {
                 (vertices.len() - 1) as u32
             })
         };
-        let corners = part.faces.corners().iter().map(&mut place).collect();
-        Self { vertices, corners }
+        let corners = part.faces.corners().iter().zip(normals);
+        Self {
+            corners: corners.map(&mut place).collect(),
+            vertices,
+        }
+    }
+
+    /// Only the vertices that faces have, in the order of their first use.
+    pub fn without_unused(self) -> Self {
+        let mut vertices = Vec::new();
+        let mut numbers = vec![None; self.vertices.len()];
+        let mut number = |old: u32| {
+            *numbers[old as usize].get_or_insert_with(|| {
+                vertices.push(self.vertices[old as usize]);
+                (vertices.len() - 1) as u32
+            })
+        };
+        Self {
+            corners: self.corners.iter().map(|&old| number(old)).collect(),
+            vertices,
+        }
     }
 }
