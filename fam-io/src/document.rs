@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 use fam_core::surface::{PointCloud, Surface, SurfaceError, TriangleMesh, UvMap};
 
 use crate::atomic::write_atomically;
+use crate::export::Export;
 use crate::polygons::Polygons;
 use crate::scene::Scene;
-use crate::{ReadError, ReadFault, WriteError, WriteFault, detect, export, gltf, obj, off, ply};
+use crate::{ReadError, ReadFault, WriteError, WriteFault, detect, gltf, obj, off, ply};
 use crate::{stl, xyz};
 
 /// The file formats that are read and written.
@@ -131,6 +132,8 @@ pub(crate) struct Parsed<S> {
 /// What it takes to write the file back.
 #[derive(Debug, Clone)]
 enum Source {
+    /// The surface comes from no file.
+    None,
     Gltf(Box<gltf::Source>),
     Obj(obj::Source),
     Off(off::Source),
@@ -201,19 +204,14 @@ impl<S> Parsed<S> {
 }
 
 impl Document {
-    /// A mesh that comes from no file, as an OBJ document.
-    ///
-    /// # Errors
-    /// Never for a valid mesh; the signature is that of the reader it goes through.
-    pub fn of_mesh(mesh: &TriangleMesh) -> Result<Self, ReadFault> {
-        let mut text = String::new();
-        for [x, y, z] in mesh.positions() {
-            text.push_str(&format!("v {x} {y} {z}\n"));
+    /// A surface that comes from no file; [`format`](Self::format) is OBJ.
+    pub fn of_surface(surface: Surface) -> Self {
+        Self {
+            surface,
+            uvs: None,
+            labels: Labels::default(),
+            source: Source::None,
         }
-        for [a, b, c] in mesh.triangles().iter().map(|t| t.map(|v| v + 1)) {
-            text.push_str(&format!("f {a} {b} {c}\n"));
-        }
-        Self::from_bytes(Format::Obj, text.into_bytes())
     }
 
     /// The content of a file that is in memory. A glTF document must hold all of its buffers.
@@ -255,7 +253,7 @@ impl Document {
         match &self.source {
             Source::Gltf(source) => source.format(),
             Source::Stl(_) => Format::Stl,
-            Source::Obj(_) => Format::Obj,
+            Source::None | Source::Obj(_) => Format::Obj,
             Source::Off(_) => Format::Off,
             Source::Ply(_) => Format::Ply,
             Source::Xyz(_) => Format::Xyz,
@@ -304,10 +302,7 @@ impl Document {
         options: &WriteOptions,
         out: &mut dyn Write,
     ) -> Result<(), WriteFault> {
-        match uvs {
-            Uvs::Mesh(uvs) => self.check_mesh(uvs)?,
-            Uvs::Points(uvs) => self.check_points(uvs)?,
-        }
+        self.check(uvs)?;
         match (&self.source, format) {
             (Source::Gltf(source), Format::Glb | Format::Gltf) => {
                 source.write(uvs, format, options, out)?;
@@ -316,26 +311,63 @@ impl Document {
             (Source::Off(source), Format::Off) => source.write(uvs, out)?,
             (Source::Ply(source), Format::Ply) => source.write(uvs, out)?,
             (Source::Xyz(source), Format::Xyz) => source.write(uvs, out)?,
-            _ => export::write(&self.scene()?, uvs, format, options, out)?,
+            _ => self.export(uvs, options, None)?.write(format, out)?,
         }
         Ok(())
     }
 
     fn write(&self, uvs: Uvs, path: &Path, options: &WriteOptions) -> Result<(), WriteError> {
         let format = Format::of_path(path).unwrap_or(self.format());
-        let mut fault = None;
-        write_atomically(path, |out| {
-            match self.write_to(&uvs, format, options, out) {
-                Ok(()) => Ok(()),
-                Err(WriteFault::Io(error)) => Err(error),
-                Err(other) => {
-                    let error = io::Error::other(other.to_string());
-                    fault = Some(other);
-                    Err(error)
-                }
-            }
+        if format == Format::Obj && !matches!(self.source, Source::Obj(_)) {
+            return self.write_obj_with_materials(&uvs, path, options);
+        }
+        write_file(path, |out| self.write_to(&uvs, format, options, out))
+    }
+
+    /// Writes an OBJ file of a document of another format, after the files that it refers to.
+    fn write_obj_with_materials(
+        &self,
+        uvs: &Uvs,
+        path: &Path,
+        options: &WriteOptions,
+    ) -> Result<(), WriteError> {
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let export = self
+            .check(uvs)
+            .and_then(|()| self.export(uvs, options, Some(&stem)))
+            .map_err(|fault| fault.at(path))?;
+        for (name, content) in export.companions() {
+            write_atomically(path.with_file_name(name), |out| out.write_all(&content))?;
+        }
+        write_file(path, |out| export.write(Format::Obj, out))
+    }
+
+    /// The content with new UVs, for a format that is not its own.
+    fn export<'a>(
+        &self,
+        uvs: &'a Uvs,
+        options: &'a WriteOptions,
+        stem: Option<&str>,
+    ) -> Result<Export<'a>, WriteFault> {
+        let positions = self.surface.positions();
+        let seam_line = |ends: &[u32; 2]| -> Result<[[f64; 3]; 2], WriteFault> {
+            let end = |index: u32| {
+                let position = positions.get(index as usize).copied();
+                position.ok_or(WriteFault::SeamOutOfRange {
+                    index,
+                    count: positions.len(),
+                })
+            };
+            Ok([end(ends[0])?, end(ends[1])?])
+        };
+        let seam_lines = options.seam_lines.iter().map(seam_line);
+        Ok(Export {
+            scene: self.scene()?,
+            uvs,
+            options,
+            seam_lines: seam_lines.collect::<Result<_, _>>()?,
+            stem: stem.map(str::to_owned),
         })
-        .map_err(|error| fault.map_or(error, |fault| fault.at(path)))
     }
 
     /// The content as all formats have it in common.
@@ -345,7 +377,14 @@ impl Document {
             Source::Obj(source) => source.scene(),
             Source::Off(source) => source.scene(),
             Source::Ply(source) => source.scene(),
-            Source::Stl(_) | Source::Xyz(_) => Ok(Scene::of_surface(&self.surface)),
+            Source::None | Source::Stl(_) | Source::Xyz(_) => Ok(Scene::of_surface(&self.surface)),
+        }
+    }
+
+    fn check(&self, uvs: &Uvs) -> Result<(), WriteFault> {
+        match uvs {
+            Uvs::Mesh(uvs) => self.check_mesh(uvs),
+            Uvs::Points(uvs) => self.check_points(uvs),
         }
     }
 
@@ -372,6 +411,24 @@ impl Document {
             None => Ok(()),
         }
     }
+}
+
+/// Replaces the file at `path` as a whole or not at all.
+fn write_file(
+    path: &Path,
+    content: impl FnOnce(&mut dyn Write) -> Result<(), WriteFault>,
+) -> Result<(), WriteError> {
+    let mut fault = None;
+    write_atomically(path, |out| match content(out) {
+        Ok(()) => Ok(()),
+        Err(WriteFault::Io(error)) => Err(error),
+        Err(other) => {
+            let error = io::Error::other(other.to_string());
+            fault = Some(other);
+            Err(error)
+        }
+    })
+    .map_err(|error| fault.map_or(error, |fault| fault.at(path)))
 }
 
 fn check_count(of: &'static str, expected: usize, found: usize) -> Result<(), WriteFault> {

@@ -1,10 +1,17 @@
 //! glTF 2.0, as GLB and as JSON.
 
+mod checker;
+mod glb;
+mod package;
+mod seam_lines;
+
 use std::io::{self, Write};
 
 use crate::document::{Content, Parsed};
 use crate::scene::Scene;
 use crate::{Format, ReadFault, Uvs, WriteFault, WriteOptions};
+
+pub(crate) use package::Package;
 
 /// A glTF document, to be written back.
 #[derive(Debug, Clone)]

@@ -29,7 +29,7 @@ f 2 5 6 3
 
 fn write_torus(path: &Path) {
     let mesh = shapes::torus(1.0, 0.4, 24, 12);
-    let document = fam_io::Document::of_mesh(&mesh).unwrap();
+    let document = fam_io::Document::of_surface(Surface::Mesh(mesh.clone()));
     let flat = mesh.positions().iter().map(|p| [p[0] as f32, p[1] as f32]);
     let uvs = fam_core::surface::UvMap::new(flat.collect(), mesh.triangles().to_vec()).unwrap();
     document

@@ -1,0 +1,32 @@
+//! XYZ: a first line that names the columns, and then one line for each point.
+//!
+//! The columns are the coordinates, the normal if there are normals, the colour (red, green and
+//! blue from 0 to 255) if there are colours, and the UV. Unknown normals are 0 0 0; in a file
+//! with colours, what has none is white.
+
+use std::io::{self, Write};
+
+use super::baked::Baked;
+use super::color::srgb_bytes;
+
+pub(super) fn write(baked: &Baked, out: &mut dyn Write) -> io::Result<()> {
+    let names = |wanted: bool, names: &'static str| if wanted { names } else { "" };
+    let normals = names(baked.has_normals(), " nx ny nz");
+    let colors = names(baked.has_colors(), " r g b");
+    writeln!(out, "# x y z{normals}{colors} u v")?;
+    for point in baked.vertices() {
+        let [x, y, z] = point.position;
+        write!(out, "{x} {y} {z}")?;
+        if baked.has_normals() {
+            let [x, y, z] = point.normal;
+            write!(out, " {x} {y} {z}")?;
+        }
+        if baked.has_colors() {
+            let [r, g, b, _] = srgb_bytes(point.color);
+            write!(out, " {r} {g} {b}")?;
+        }
+        let [u, v] = point.uv;
+        writeln!(out, " {u} {v}")?;
+    }
+    Ok(())
+}

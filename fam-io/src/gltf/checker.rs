@@ -1,0 +1,126 @@
+//! A checker texture, to see UVs by.
+
+use std::io::Cursor;
+
+use ::gltf::json::mesh::{TRIANGLE_FAN, TRIANGLES};
+use image::{ImageFormat, Rgb, RgbImage};
+use serde_json::{Value, json};
+
+use super::package::Package;
+
+/// Fields along each side of the image, and pixels along each side of a field.
+const FIELDS: u32 = 8;
+const FIELD: u32 = 64;
+
+/// The letter F, which looks different in every orientation: rows of three cells.
+const LETTER: [[bool; 3]; 5] = [
+    [true, true, true],
+    [true, false, false],
+    [true, true, false],
+    [true, false, false],
+    [true, false, false],
+];
+/// Pixels along each side of a cell of the letter, and around it.
+const CELL: u32 = 6;
+const MARGIN: u32 = 8;
+
+impl Package {
+    /// Gives all triangles a material with a checker texture that uses a set of UVs. The
+    /// materials they had stay in the document.
+    pub fn add_checker(&mut self, uv_set: u32) {
+        let source = self.checker_image();
+        let sampler = self.find_or_push("samplers", json!({"wrapS": 10497, "wrapT": 10497}));
+        let texture = json!({"name": "checker", "sampler": sampler, "source": source});
+        let texture = self.find_or_push("textures", texture);
+        let material = json!({
+            "name": "checker",
+            "pbrMetallicRoughness": {
+                "baseColorTexture": {"index": texture, "texCoord": uv_set},
+                "metallicFactor": 0.0,
+                "roughnessFactor": 1.0,
+            },
+            "doubleSided": true,
+        });
+        let material = self.find_or_push("materials", material);
+        let meshes = self.json.get_mut("meshes").and_then(Value::as_array_mut);
+        let primitives = meshes
+            .into_iter()
+            .flatten()
+            .filter_map(|mesh| mesh.get_mut("primitives")?.as_array_mut())
+            .flatten();
+        for primitive in primitives.filter(|primitive| has_triangles(primitive)) {
+            primitive["material"] = material.into();
+            drop_variants(primitive);
+        }
+    }
+
+    /// The index of the checker image, which is there once even if it is asked for again.
+    fn checker_image(&mut self) -> usize {
+        let png = png();
+        let views = self.entries("bufferViews");
+        let is_checker = |image: &Value| {
+            let view = views.get(image["bufferView"].as_u64()? as usize)?;
+            let start = view["byteOffset"].as_u64().unwrap_or(0) as usize;
+            let end = start.checked_add(view["byteLength"].as_u64()? as usize)?;
+            Some(self.bin.get(start..end)? == png)
+        };
+        let images = self.entries("images");
+        let present = images
+            .iter()
+            .position(|image| is_checker(image) == Some(true));
+        present.unwrap_or_else(|| {
+            let view = self.add_view(&png, None, None);
+            let image = json!({"name": "checker", "mimeType": "image/png", "bufferView": view});
+            self.push("images", image)
+        })
+    }
+}
+
+fn has_triangles(primitive: &Value) -> bool {
+    let mode = primitive.get("mode").and_then(Value::as_u64);
+    primitive.is_object()
+        && mode.is_none_or(|mode| (TRIANGLES.into()..=TRIANGLE_FAN.into()).contains(&mode))
+}
+
+/// Variants would replace the material.
+fn drop_variants(primitive: &mut Value) {
+    if let Some(extensions) = primitive
+        .get_mut("extensions")
+        .and_then(Value::as_object_mut)
+    {
+        extensions.shift_remove("KHR_materials_variants");
+        if extensions.is_empty() {
+            primitive
+                .as_object_mut()
+                .map(|all| all.shift_remove("extensions"));
+        }
+    }
+}
+
+/// The image: red grows to the right and green upwards; every field has an upright F.
+fn png() -> Vec<u8> {
+    let side = FIELDS * FIELD;
+    let image = RgbImage::from_fn(side, side, |x, y| {
+        let (column, row) = (x / FIELD, FIELDS - 1 - y / FIELD);
+        let light = (column + row) % 2 == 1;
+        let step = |field: u32| (96 + 20 * field) as u8;
+        let color = [step(column), step(row), 160];
+        Rgb(if light != in_letter(x % FIELD, y % FIELD) {
+            color
+        } else {
+            color.map(|c| c / 3)
+        })
+    });
+    let mut png = Cursor::new(Vec::new());
+    image
+        .write_to(&mut png, ImageFormat::Png)
+        .expect("an image in memory can be encoded");
+    png.into_inner()
+}
+
+fn in_letter(x: u32, y: u32) -> bool {
+    let cell = |at: u32| at.checked_sub(MARGIN).map(|at| (at / CELL) as usize);
+    let row = cell(y).and_then(|row| LETTER.get(row));
+    row.zip(cell(x))
+        .is_some_and(|(row, column)| row.get(column) == Some(&true))
+}
