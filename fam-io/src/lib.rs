@@ -38,6 +38,7 @@
 //! ```
 
 pub mod atomic;
+mod color;
 #[cfg(test)]
 mod damaged;
 mod detect;
