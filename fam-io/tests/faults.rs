@@ -184,11 +184,7 @@ fn faults_are_one_line_with_the_reason() {
             "1 2 3\n1 2 inf\n".into(),
             ": line 2: `inf` is not a finite number",
         ),
-        (
-            "a.fbx",
-            String::new(),
-            ": FBX is not supported",
-        ),
+        ("a.fbx", String::new(), ": FBX is not supported"),
         (
             "none",
             String::new(),
