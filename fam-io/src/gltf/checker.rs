@@ -25,8 +25,8 @@ const CELL: u32 = 6;
 const MARGIN: u32 = 8;
 
 impl Package {
-    /// Gives all triangles a material with a checker texture that uses a set of UVs. The
-    /// materials they had stay in the document.
+    /// Gives all triangles that have a set of UVs a material with a checker texture that uses
+    /// it. The materials they had stay in the document.
     pub fn add_checker(&mut self, uv_set: u32) {
         let source = self.checker_image();
         let sampler = self.find_or_push("samplers", json!({"wrapS": 10497, "wrapT": 10497}));
@@ -48,7 +48,7 @@ impl Package {
             .flatten()
             .filter_map(|mesh| mesh.get_mut("primitives")?.as_array_mut())
             .flatten();
-        for primitive in primitives.filter(|primitive| has_triangles(primitive)) {
+        for primitive in primitives.filter(|primitive| is_textured(primitive, uv_set)) {
             primitive["material"] = material.into();
             drop_variants(primitive);
         }
@@ -71,9 +71,10 @@ impl Package {
     }
 }
 
-fn has_triangles(primitive: &Value) -> bool {
+fn is_textured(primitive: &Value, uv_set: u32) -> bool {
     let mode = primitive.get("mode").and_then(Value::as_u64);
-    primitive.is_object()
+    let uvs = &primitive["attributes"][format!("TEXCOORD_{uv_set}")];
+    uvs.is_u64()
         && mode.is_none_or(|mode| (TRIANGLES.into()..=TRIANGLE_FAN.into()).contains(&mode))
 }
 

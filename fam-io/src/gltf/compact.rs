@@ -32,6 +32,7 @@ impl Before {
     /// leaves out the bytes that belong to no view any more. What is still in use keeps its
     /// index. `replaced` says which accessors the added ones were made from.
     pub fn compact(self, package: &mut Package, replaced: &BTreeMap<usize, usize>) {
+        let replaced_views = replaced_views(package, replaced);
         let used = used_accessors(package);
         let vacant = self.accessors.difference(&used).copied().collect();
         // A place that cannot be taken or left out stays valid: an accessor of one zero.
@@ -56,12 +57,22 @@ impl Before {
             "bufferViews",
             self.view_count,
             vacant,
-            &BTreeMap::new(),
+            &replaced_views,
             &filler,
         );
         renumber_views(package, &moved);
         leave_out(package, dead);
     }
+}
+
+/// For the views of added accessors, those of the accessors whose place they take.
+fn replaced_views(package: &Package, replaced: &BTreeMap<usize, usize>) -> BTreeMap<usize, usize> {
+    let accessors = package.entries("accessors");
+    let view = |accessor: usize| Some(accessors[accessor]["bufferView"].as_u64()? as usize);
+    let pairs = replaced.iter();
+    pairs
+        .filter_map(|(&added, &old)| view(added).zip(view(old)))
+        .collect()
 }
 
 /// Puts the entries of a list that were added into vacant places, preferred ones first, and
@@ -194,6 +205,8 @@ fn leave_out(package: &mut Package, dead: Vec<Range<usize>>) {
         at = cut.end;
     }
     kept.extend_from_slice(&package.bin[at..]);
+    // The length does not depend on which view is last.
+    kept.resize(kept.len().next_multiple_of(ALIGNMENT), 0);
     package.bin = kept;
     let mut removed = vec![0];
     for cut in &cuts {
