@@ -74,8 +74,7 @@ impl Package {
 fn is_textured(primitive: &Value, uv_set: u32) -> bool {
     let mode = primitive.get("mode").and_then(Value::as_u64);
     let uvs = &primitive["attributes"][format!("TEXCOORD_{uv_set}")];
-    uvs.is_u64()
-        && mode.is_none_or(|mode| (TRIANGLES.into()..=TRIANGLE_FAN.into()).contains(&mode))
+    uvs.is_u64() && mode.is_none_or(|mode| (TRIANGLES.into()..=TRIANGLE_FAN.into()).contains(&mode))
 }
 
 /// Variants would replace the material.
@@ -119,4 +118,30 @@ fn in_letter(x: u32, y: u32) -> bool {
     let row = cell(y).and_then(|row| LETTER.get(row));
     row.zip(cell(x))
         .is_some_and(|(row, column)| row.get(column) == Some(&true))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_orientation_of_the_image_looks_different() {
+        let image = image::load_from_memory(&png()).unwrap().to_rgb8();
+        let side = FIELDS * FIELD;
+        assert_eq!(image.dimensions(), (side, side));
+        let corner = |x: u32, y: u32| image.get_pixel(x * (side - 1), y * (side - 1)).0;
+        // The bottom left is dark; red grows to the right and green upwards.
+        let [low, right, up] = [corner(0, 1), corner(1, 1), corner(0, 0)];
+        assert!(right[0] > low[0] && right[1] / 2 <= low[1] * 2);
+        assert!(up[1] > low[1]);
+        let field = |x: u32, y: u32| image.get_pixel(x, side - FIELD + y).0;
+        let (background, letter) = (field(1, 1), field(MARGIN, MARGIN));
+        assert_ne!(background, letter);
+        assert_eq!(field(MARGIN + 3 * CELL - 1, MARGIN), letter);
+        assert_eq!(field(MARGIN, MARGIN + 5 * CELL - 1), letter);
+        assert_eq!(
+            field(MARGIN + 3 * CELL - 1, MARGIN + 5 * CELL - 1),
+            background
+        );
+    }
 }

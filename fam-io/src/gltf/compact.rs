@@ -234,3 +234,55 @@ fn merge(mut ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
     }
     merged
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_of_no_view_are_left_out() {
+        let view = |start: usize, length: usize| json!({"buffer": 0, "byteOffset": start, "byteLength": length});
+        let mut package = Package {
+            json: json!({"bufferViews": [view(20, 12), view(64, 4), {"byteLength": 4}]}),
+            bin: (0..72).collect(),
+        };
+        // One range overlaps a view that stays, one reaches to the end but for a view.
+        leave_out(&mut package, vec![8..24, 36..63, 60..72]);
+        let views: Vec<_> = package.json["bufferViews"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(span)
+            .collect();
+        assert_eq!(views, [12..24, 32..36, 0..4]);
+        let expected: Vec<u8> = (0..8).chain(16..40).chain(64..72).collect();
+        assert_eq!(package.bin, expected);
+    }
+
+    #[test]
+    fn places_are_filled_and_the_rest_is_cut_off() {
+        let list = |names: &str| {
+            names
+                .chars()
+                .map(|c| json!(c.to_string()))
+                .collect::<Value>()
+        };
+        let run = |count: usize, vacant: &[usize], preferred: &[(usize, usize)]| {
+            let mut package = Package {
+                json: json!({"x": list("abcdefgh")}),
+                bin: Vec::new(),
+            };
+            let vacant = vacant.iter().copied().collect();
+            let preferred = preferred.iter().copied().collect();
+            let moved = fill(&mut package, "x", count, vacant, &preferred, &json!("-"));
+            let moved: BTreeMap<_, _> = moved.into_iter().collect();
+            (package.json["x"].clone(), moved)
+        };
+        let (after, moved) = run(5, &[1, 3], &[(6, 3)]);
+        assert_eq!(after, list("afcgeh"));
+        assert_eq!(moved, BTreeMap::from([(5, 1), (6, 3), (7, 5)]));
+        let (after, moved) = run(7, &[1, 2, 4, 5, 6], &[(7, 2)]);
+        assert_eq!(after, list("a-hd"));
+        assert_eq!(moved, BTreeMap::from([(7, 2)]));
+    }
+}
