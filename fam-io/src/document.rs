@@ -184,7 +184,7 @@ fn parse(format: Format, content: Content) -> Result<Document, ReadFault> {
     match format {
         Format::Glb | Format::Gltf => gltf::parse(content)
             .map(|parsed| parsed.document(|source| Source::Gltf(Box::new(source)))),
-        Format::Obj => obj::parse(content.bytes()?).map(|parsed| parsed.document(Source::Obj)),
+        Format::Obj => obj::parse(content).map(|parsed| parsed.document(Source::Obj)),
         Format::Off => off::parse(content.bytes()?).map(|parsed| parsed.document(Source::Off)),
         Format::Ply => ply::parse(&content.bytes()?).map(|parsed| parsed.document(Source::Ply)),
         Format::Stl => stl::parse(&content.bytes()?).map(|parsed| parsed.document(Source::Stl)),

@@ -1,62 +1,90 @@
 //! Wavefront OBJ.
 //!
-//! Read are `v`, `vt`, `vn` and `f` statements; all others, unknown ones too, are kept.
-//! A statement may go over several lines with a backslash at the end of a line, and `#`
-//! starts a comment. Faces may come before the vertices they refer to. Corners are `v`,
-//! `v/vt`, `v//vn` or `v/vt/vn`; negative indices count back from the last `v`, `vt` or
-//! `vn` before the face. Faces of fewer than three corners are no part of the surface.
+//! Read are `v`, `vt`, `vn`, `f`, `o`, `usemtl` and `mtllib` statements, and `fo`, the old
+//! name of `f`; all others, unknown ones too, are kept. A statement may go over several lines
+//! with a backslash at the end of a line, and `#` starts a comment. Lines end in `\n`, `\r\n`
+//! or `\r`; there may be a UTF-8 byte order mark. Faces may come before the vertices they refer
+//! to. Corners are `v`, `v/vt`, `v//vn` or `v/vt/vn`; negative indices count back from the last
+//! `v`, `vt` or `vn` before the face. Faces of fewer than three corners are no part of the
+//! surface.
+//!
+//! Files of any size are read and written statement by statement; the text is not held in
+//! memory. To be written, a file is read again, and must not have changed.
 //!
 //! The crate `tobj` reads the numbers of `v`, `vt` and `vn`. It reorders the vertices of
 //! every group and forgets where a face was, so the faces are scanned here: their vertices
 //! must keep the order of the file, and they are written back in place.
 //!
-//! - A fourth number of a `v` is a weight that divides the others; more than four numbers
-//!   are a colour, which is not looked at.
+//! - A fourth number of a `v` is a weight that divides the others, unless more follow: those
+//!   are a colour, sRGB between 0 and 1, which matters only to other formats. In front of a
+//!   colour, a weight does not divide.
 //! - Normals are those of the corners: if a vertex has several, their mean. In a cloud there
 //!   are normals if there is one `vn` for every `v`.
 //! - UVs are there if every corner of every face refers to an existing `vt` and all `vt` are
 //!   finite. In a cloud there are UVs if there is one `vt` for every `v`. References to `vt`
 //!   and `vn` that do not exist are passed over.
+//! - The faces after an `o` are of the object of that name, wherever the name returns; those
+//!   before the first are of an object without a name. The faces after a `usemtl` have the
+//!   material of that name, or none if it names none. Names may have blanks and `#`; only a
+//!   `#` between blanks starts a comment. Names that are not UTF-8 count as Latin-1.
 //!
 //! Writing keeps every byte but those of UVs: `vt` statements go, the new ones come before
 //! the first face (in a cloud: at the end), and corners get their new `vt` index while `v`
-//! and `vn` stay as written. A polygon with a seam inside becomes triangles. Lines (`l`) and
-//! faces of two corners lose their `vt` references.
+//! and `vn` stay as written. A polygon with a seam inside becomes triangles. Lines (`l`),
+//! free-form surfaces (`surf`) and faces of two corners lose their `vt` references.
+//!
+//! For other formats, the material files (MTL) in the folder of the file and below give its
+//! materials colours (`Kd`, as linear values, and `d`) and textures (`map_Kd`). What a file
+//! refers to in other folders is not looked at.
 
+mod colors;
+mod corner;
+mod faces;
+mod materials;
+mod model;
+mod names;
 mod numbers;
+mod scene;
 mod statements;
+mod write;
 
+use std::fs;
 use std::io::{self, Write};
+use std::path::PathBuf;
 
-use fam_core::surface::{Surface, SurfaceError, UvMap, vector};
+use fam_core::surface::{Surface, SurfaceError};
 
-use crate::document::{Parsed, surface, vertex_uvs};
-use crate::polygons::{Pieces, Polygons, fan};
+use crate::document::{Content, Parsed, surface, vertex_uvs};
 use crate::scene::Scene;
-use crate::text::{self, Edits, excerpt, syntax};
-use crate::{Labels, ReadFault, Uvs};
-use numbers::Numbers;
-use statements::{Statement, statements};
+use crate::{ReadFault, Uvs};
+use colors::Colors;
+use materials::Libraries;
+use model::Model;
+use statements::{Fingerprint, open};
 
 /// An OBJ file, to be written back.
 #[derive(Debug, Clone)]
 pub(crate) struct Source {
-    bytes: Vec<u8>,
+    content: Content,
+    fingerprint: Fingerprint,
+    libraries: Vec<String>,
 }
 
-pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
-    let numbers = numbers::read(&bytes)?;
-    if numbers.positions.is_empty() {
+pub(crate) fn parse(content: Content) -> Result<Parsed<Source>, ReadFault> {
+    let content = readable_twice(content)?;
+    let model = Model::read(&content, |_| {})?;
+    if model.numbers.positions.is_empty() {
         return Err(SurfaceError::NoVertices.into());
     }
-    let faces = Faces::read(&bytes, &numbers)?;
-    let normals = if faces.vertices.iter().next().is_none() {
-        let one_each = numbers.normals.len() == numbers.positions.len();
-        one_each.then(|| numbers.normals.clone())
+    let labels = model.labels();
+    let vertices = model.numbers.positions.len();
+    let is_cloud = model.faces.vertices.len() == 0;
+    let normals = if is_cloud {
+        model.point_normals().map(<[_]>::to_vec)
     } else {
-        faces.vertex_normals(&numbers)
+        model.faces.vertex_normals(vertices, &model.numbers.normals)
     };
-    let vertices = numbers.positions.len();
+    let Model { numbers, faces, .. } = model;
     let surface = surface(numbers.positions, &faces.vertices, normals)?;
     let uvs = match &surface {
         Surface::Mesh(_) => faces.uv_map(numbers.uvs),
@@ -68,259 +96,186 @@ pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
     Ok(Parsed {
         surface,
         uvs,
-        labels: Labels::default(),
-        source: Source { bytes },
+        labels,
+        source: Source {
+            content,
+            fingerprint: model.fingerprint,
+            libraries: model.libraries,
+        },
     })
 }
 
-/// The faces of a file, with what each of their corners refers to.
-#[derive(Default)]
-struct Faces {
-    vertices: Polygons,
-    uvs: Vec<Option<u32>>,
-    normals: Vec<Option<u32>>,
-}
-
-impl Faces {
-    fn read(bytes: &[u8], numbers: &Numbers) -> Result<Self, ReadFault> {
-        let mut faces = Self::default();
-        let mut number = 0;
-        // How many `v`, `vt` and `vn` there are so far.
-        let mut seen = [0; 3];
-        for statement in statements(bytes) {
-            match statement.keyword(bytes) {
-                b"v" => seen[0] += 1,
-                b"vt" => seen[1] += 1,
-                b"vn" => seen[2] += 1,
-                b"f" => {
-                    number += 1;
-                    if statement.arguments().len() >= 3 {
-                        faces.push(bytes, &statement, number, seen, numbers)?;
-                    }
-                }
-                _ => {}
-            }
+/// The content, in memory if it can be read only once: that of a pipe, for example.
+fn readable_twice(content: Content) -> io::Result<Content> {
+    match &content {
+        Content::File(path) if !fs::metadata(path)?.is_file() => {
+            content.bytes().map(Content::Bytes)
         }
-        Ok(faces)
-    }
-
-    fn push(
-        &mut self,
-        bytes: &[u8],
-        statement: &Statement,
-        number: usize,
-        seen: [usize; 3],
-        numbers: &Numbers,
-    ) -> Result<(), ReadFault> {
-        let mut vertices = Vec::with_capacity(statement.arguments().len());
-        for word in statement.arguments() {
-            let word = &bytes[word.clone()];
-            let bad = || {
-                let problem = format!("`{}` is not the corner of a face", excerpt(word));
-                syntax(statement.line, problem)
-            };
-            let [vertex, uv, normal] = Corner::split(word)
-                .and_then(|corner| corner.references())
-                .ok_or_else(bad)?;
-            let written = vertex.ok_or_else(bad)?;
-            let count = numbers.positions.len();
-            let vertex = resolve(written, seen[0], count).ok_or(ReadFault::VertexOutOfRange {
-                face: number,
-                index: written,
-                count,
-                numbering: if written == 0 {
-                    ", numbered from 1"
-                } else {
-                    ""
-                },
-            })?;
-            vertices.push(vertex);
-            self.uvs
-                .push(uv.and_then(|uv| resolve(uv, seen[1], numbers.uvs.len())));
-            self.normals
-                .push(normal.and_then(|normal| resolve(normal, seen[2], numbers.normals.len())));
-        }
-        self.vertices.push(vertices);
-        Ok(())
-    }
-
-    /// The normal of every vertex, zero where no corner gives one; `None` if none does.
-    fn vertex_normals(&self, numbers: &Numbers) -> Option<Vec<[f64; 3]>> {
-        self.normals.iter().any(Option::is_some).then(|| {
-            let mut only: Vec<Option<u32>> = vec![None; numbers.positions.len()];
-            let mut sums = vec![[0.0; 3]; numbers.positions.len()];
-            let mut differ = vec![false; numbers.positions.len()];
-            let corners = self.vertices.iter().flatten().zip(&self.normals);
-            for (&vertex, &normal) in corners {
-                let Some(normal) = normal else { continue };
-                let vertex = vertex as usize;
-                let value = numbers.normals[normal as usize];
-                let first = *only[vertex].get_or_insert(normal);
-                differ[vertex] |= numbers.normals[first as usize] != value;
-                sums[vertex] = vector::add(sums[vertex], vector::normalize(value));
-            }
-            let normals = only.into_iter().zip(sums).zip(differ);
-            normals
-                .map(|((only, sum), differ)| match only {
-                    Some(normal) if !differ => numbers.normals[normal as usize],
-                    _ => vector::normalize(sum),
-                })
-                .collect()
-        })
-    }
-
-    /// The UVs, if every corner has one.
-    fn uv_map(&self, uvs: Vec<[f32; 2]>) -> Option<Uvs> {
-        let corners: Vec<u32> = self.uvs.iter().copied().collect::<Option<_>>()?;
-        let mut rest = corners.as_slice();
-        let mut triangles = Vec::new();
-        for polygon in self.vertices.iter() {
-            let (corners, others) = rest.split_at(polygon.len());
-            triangles.extend(fan(corners));
-            rest = others;
-        }
-        UvMap::new(uvs, triangles).ok().map(Uvs::Mesh)
-    }
-}
-
-/// A zero-based index: positive ones count from 1, negative ones back from the `seen`-th.
-fn resolve(written: i64, seen: usize, count: usize) -> Option<u32> {
-    let index = if written > 0 {
-        written - 1
-    } else if written < 0 {
-        i64::try_from(seen).ok()?.checked_add(written)?
-    } else {
-        return None;
-    };
-    let exists = usize::try_from(index).is_ok_and(|index| index < count);
-    u32::try_from(index).ok().filter(|_| exists)
-}
-
-/// A corner of a face as written: `v`, `v/vt`, `v//vn` or `v/vt/vn`.
-struct Corner<'a> {
-    parts: [&'a [u8]; 3],
-}
-
-impl<'a> Corner<'a> {
-    fn split(word: &'a [u8]) -> Option<Self> {
-        let mut parts: [&[u8]; 3] = [b"", b"", b""];
-        for (at, part) in word.split(|&b| b == b'/').enumerate() {
-            *parts.get_mut(at)? = part;
-        }
-        Some(Self { parts })
-    }
-
-    /// The three references; `None` for one that is left out, nothing if one is no number.
-    fn references(&self) -> Option<[Option<i64>; 3]> {
-        let mut references = [None; 3];
-        for (reference, part) in references.iter_mut().zip(self.parts) {
-            if !part.is_empty() {
-                *reference = Some(text::parse(part)?);
-            }
-        }
-        Some(references)
-    }
-
-    /// The corner with another `vt`, counting from 0, or without any.
-    fn with_uv(&self, uv: Option<u32>) -> String {
-        let [vertex, _, normal] = self.parts.map(String::from_utf8_lossy);
-        let uv = uv
-            .map(|uv| (u64::from(uv) + 1).to_string())
-            .unwrap_or_default();
-        match (uv.is_empty(), normal.is_empty()) {
-            (true, true) => vertex.into_owned(),
-            (false, true) => format!("{vertex}/{uv}"),
-            (_, false) => format!("{vertex}/{uv}/{normal}"),
-        }
+        _ => Ok(content),
     }
 }
 
 impl Source {
     pub fn write(&self, uvs: &Uvs, out: &mut dyn Write) -> io::Result<()> {
-        match uvs {
-            Uvs::Mesh(uvs) => self.write_mesh(uvs, out),
-            Uvs::Points(uvs) => self.write_points(uvs, out),
-        }
-    }
-
-    pub fn scene(&self) -> io::Result<Scene> {
-        Ok(Scene::default())
-    }
-
-    fn write_mesh(&self, uvs: &UvMap, out: &mut dyn Write) -> io::Result<()> {
-        let mut edits = Edits::default();
-        let mut pieces = Pieces::of(uvs);
-        let mut first_face = true;
-        for statement in statements(&self.bytes) {
-            match statement.keyword(&self.bytes) {
-                b"vt" => edits.replace(statement.start..statement.next, ""),
-                b"f" if statement.arguments().len() >= 3 => {
-                    if first_face {
-                        self.insert_uvs(statement.start, uvs.uvs(), &mut edits);
-                        first_face = false;
-                    }
-                    self.edit_face(&statement, &mut pieces, &mut edits);
-                }
-                b"f" | b"l" => self.remove_uvs(&statement, &mut edits),
-                _ => {}
-            }
-        }
-        edits.apply(&self.bytes, out)
-    }
-
-    fn write_points(&self, uvs: &[[f32; 2]], out: &mut dyn Write) -> io::Result<()> {
-        let mut edits = Edits::default();
-        for statement in statements(&self.bytes) {
-            match statement.keyword(&self.bytes) {
-                b"vt" => edits.replace(statement.start..statement.next, ""),
-                b"f" | b"l" => self.remove_uvs(&statement, &mut edits),
-                _ => {}
-            }
-        }
-        let end = self.bytes.len();
-        if text::ends_inside_a_line(&self.bytes) {
-            edits.replace(end..end, text::line_end(&self.bytes));
-        }
-        self.insert_uvs(end, uvs, &mut edits);
-        edits.apply(&self.bytes, out)
-    }
-
-    fn insert_uvs(&self, at: usize, uvs: &[[f32; 2]], edits: &mut Edits) {
-        let line_end = text::line_end(&self.bytes);
-        for [u, v] in uvs {
-            edits.replace(at..at, format_args!("vt {u} {v}{line_end}"));
-        }
-    }
-
-    fn edit_face(&self, statement: &Statement, pieces: &mut Pieces, edits: &mut Edits) {
-        let words = statement.arguments();
-        let corner = |&(corner, uv): &(usize, u32)| {
-            let written = Corner::split(&self.bytes[words[corner].clone()]);
-            written.map_or_else(String::new, |written| written.with_uv(Some(uv)))
+        let input = open(&self.content)?;
+        let written = match uvs {
+            Uvs::Mesh(uvs) => write::mesh(input, uvs, out)?,
+            Uvs::Points(uvs) => write::points(input, uvs, out)?,
         };
-        match pieces.next(words.len()).as_slice() {
-            [whole] => {
-                for (word, piece) in words.iter().zip(whole) {
-                    edits.replace(word.clone(), corner(piece));
-                }
-            }
-            torn => {
-                let faces: Vec<String> = torn
-                    .iter()
-                    .map(|piece| piece.iter().map(corner).collect::<Vec<_>>().join(" "))
-                    .collect();
-                let between = format!("{}f ", text::line_end(&self.bytes));
-                let all = words[0].start..words[words.len() - 1].end;
-                edits.replace(all, faces.join(&between));
-            }
+        if written == self.fingerprint {
+            Ok(())
+        } else {
+            Err(write::changed())
         }
     }
 
-    fn remove_uvs(&self, statement: &Statement, edits: &mut Edits) {
-        for word in statement.arguments() {
-            if let Some(corner) = Corner::split(&self.bytes[word.clone()]) {
-                edits.replace(word.clone(), corner.with_uv(None));
-            }
+    /// One mesh with all faces, as they are in the file.
+    pub fn scene(&self) -> io::Result<Scene> {
+        let mut colors = Colors::default();
+        let model = Model::read(&self.content, |statement| colors.push(statement));
+        let model = model.map_err(|fault| match fault {
+            ReadFault::Io(error) => error,
+            _ => write::changed(),
+        })?;
+        if model.fingerprint != self.fingerprint {
+            return Err(write::changed());
         }
+        let names = model.material_names();
+        let materials = match self.libraries() {
+            Some(libraries) => libraries.materials(&names)?,
+            None => names.iter().map(|name| materials::white(name)).collect(),
+        };
+        Ok(scene::scene(model, colors.finish(), materials))
+    }
+
+    /// The material files that the file names and the images that these name, relative to
+    /// its folder. They are needed where the file is.
+    pub(crate) fn companions(&self) -> Vec<PathBuf> {
+        self.libraries()
+            .map_or_else(Vec::new, |libraries| libraries.files())
+    }
+
+    fn libraries(&self) -> Option<Libraries<'_>> {
+        match &self.content {
+            Content::File(path) => Some(Libraries::find(path.parent()?, &self.libraries)),
+            Content::Bytes(_) => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::io::Write;
+    use std::path::Path;
+
+    use super::*;
+    use crate::scene::IDENTITY;
+
+    fn scene(text: &str) -> Scene {
+        let parsed = parse(Content::Bytes(text.as_bytes().to_vec())).unwrap();
+        parsed.source.scene().unwrap()
+    }
+
+    #[test]
+    fn the_scene_has_all_faces_and_what_is_on_them() {
+        let scene = scene(
+            "o house\nv 0 0 0 1 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0 0 0 nan\nv 0 0 2\nvn 0 0 -3\nvn 0 0 0\n\
+             f 1//1 2 3//1 4//2\nusemtl b\nmtllib none.mtl\nf 1 2\nf 1 5 2\nusemtl a\nf 5 5 5\n",
+        );
+        assert_eq!(scene.nodes.len(), 1);
+        assert_eq!(scene.nodes[0].transform, IDENTITY);
+        let names: Vec<_> = scene.materials.iter().map(|m| m.name.as_str()).collect();
+        assert_eq!(names, ["b", "a"]);
+        assert!(
+            scene
+                .materials
+                .iter()
+                .all(|m| m.base_color == [1.0; 4] && m.texture.is_none())
+        );
+        let [mesh] = scene.meshes.as_slice() else {
+            panic!("one mesh was expected");
+        };
+        assert_eq!(mesh.name, "house");
+        assert_eq!(mesh.positions[1], [2.0, 0.0, 0.0]);
+        let faces: Vec<_> = mesh.polygons.iter().collect();
+        assert_eq!(faces, [&[0, 1, 2, 3][..], &[0, 4, 1], &[4, 4, 4]]);
+        assert_eq!(mesh.materials, [None, Some(0), Some(1)]);
+        let colors = mesh.colors.as_ref().unwrap();
+        assert_eq!(colors[0], [1.0, 0.0, 0.0, 1.0]);
+        assert_eq!(colors[1..], [[1.0; 4]; 4]);
+        let (given, up, back) = ([0., 0., -3.], [0., 0., 1.], [0., 1., 0.]);
+        let expected = [
+            given, up, given, up, back, back, back, [0.; 3], [0.; 3], [0.; 3],
+        ];
+        assert_eq!(mesh.normals.as_ref().unwrap(), &expected);
+    }
+
+    #[test]
+    fn a_scene_has_no_more_than_its_file() {
+        let scene_of_mesh = scene("v 0 0 0\nv 1 0 0\nv 0 1 0\no a\nf 1 2 3\no b\nf 3 2 1/7/7\n");
+        let mesh = &scene_of_mesh.meshes[0];
+        assert!(mesh.colors.is_none() && mesh.normals.is_none() && mesh.name.is_empty());
+        assert!(mesh.materials.is_empty() && scene_of_mesh.materials.is_empty());
+        let cloud = scene("v 0 0 0\nvn 0 0 1\nv 1 0 0\nvn 0 2 0\n");
+        let mesh = &cloud.meshes[0];
+        assert_eq!(
+            mesh.normals.as_deref(),
+            Some(&[[0., 0., 1.], [0., 2., 0.]][..])
+        );
+        assert!(mesh.polygons.len() == 0 && mesh.positions.len() == 2);
+    }
+
+    #[test]
+    fn material_files_are_looked_for_beside_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+        let text = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n";
+        write("a.obj", text);
+        write("a.mtl", "newmtl red\nKd 1 0 0\nmap_Kd a.png\n");
+        write("a.png", "pixels");
+        let path = folder.path().join("a.obj");
+        let source = parse(Content::File(path)).unwrap().source;
+        assert_eq!(
+            source.companions(),
+            [Path::new("a.mtl"), Path::new("a.png")]
+        );
+        let material = &source.scene().unwrap().materials[0];
+        assert_eq!(material.base_color, [1.0, 0.0, 0.0, 1.0]);
+        assert_eq!(material.texture.as_ref().unwrap().bytes, b"pixels");
+
+        let bytes = Content::Bytes(text.as_bytes().to_vec());
+        let source = parse(bytes).unwrap().source;
+        assert!(source.companions().is_empty());
+        assert_eq!(source.scene().unwrap().materials, [materials::white("red")]);
+    }
+
+    #[test]
+    fn a_scene_is_that_of_the_file_that_was_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.obj");
+        for changed in ["v 0 0 1\n", "v x\n", "v 0 0 0"] {
+            fs::write(&path, "v 0 0 0\n").unwrap();
+            let source = parse(Content::File(path.clone())).unwrap().source;
+            fs::write(&path, changed).unwrap();
+            let error = source.scene().unwrap_err();
+            assert_eq!(error.to_string(), "the file changed since it was read");
+        }
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_pipe_is_read_once() {
+        use std::os::fd::AsRawFd;
+        let (reader, mut writer) = io::pipe().unwrap();
+        writer.write_all(b"v 1 2 3\n").unwrap();
+        drop(writer);
+        let path = format!("/proc/self/fd/{}", reader.as_raw_fd());
+        let source = parse(Content::File(path.into())).unwrap().source;
+        let mut out = Vec::new();
+        source
+            .write(&Uvs::Points(vec![[0.5, 1.0]]), &mut out)
+            .unwrap();
+        assert_eq!(out, b"v 1 2 3\nvt 0.5 1\n");
     }
 }

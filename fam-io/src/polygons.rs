@@ -19,6 +19,16 @@ impl Polygons {
         self.ends.push(self.corners.len());
     }
 
+    /// The number of faces.
+    pub fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// The corners of all faces, in order.
+    pub fn corners(&self) -> &[u32] {
+        &self.corners
+    }
+
     /// The faces, in order.
     pub fn iter(&self) -> impl Iterator<Item = &[u32]> {
         let starts = std::iter::once(0).chain(self.ends.iter().copied());
@@ -53,6 +63,11 @@ pub(crate) struct Pieces<'a> {
 impl<'a> Pieces<'a> {
     pub fn of(uvs: &'a UvMap) -> Self {
         Self { uvs, used: 0 }
+    }
+
+    /// How many triangles are left.
+    pub fn remaining(&self) -> usize {
+        self.uvs.triangles().len() - self.used
     }
 
     /// The next polygon, of so many corners: in one piece, or as its triangles if their UVs

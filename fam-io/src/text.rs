@@ -74,6 +74,17 @@ pub(crate) fn words(
     is_separator: impl Fn(u8) -> bool,
 ) -> Vec<Range<usize>> {
     let mut words = Vec::new();
+    push_words(bytes, range, is_separator, &mut words);
+    words
+}
+
+/// Appends the words of a range.
+pub(crate) fn push_words(
+    bytes: &[u8],
+    range: Range<usize>,
+    is_separator: impl Fn(u8) -> bool,
+    words: &mut Vec<Range<usize>>,
+) {
     let mut start = None;
     for at in range.clone() {
         match (is_separator(bytes[at]), start) {
@@ -86,7 +97,6 @@ pub(crate) fn words(
         }
     }
     words.extend(start.map(|begin| begin..range.end));
-    words
 }
 
 /// Separates words in OBJ and OFF.

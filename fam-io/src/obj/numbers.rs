@@ -1,11 +1,15 @@
 //! The numbers of an OBJ file: its `v`, `vt` and `vn` statements, as `tobj` reads them.
 
-use std::fmt::Write;
+use std::io::Write;
 
 use crate::ReadFault;
 use crate::text::syntax;
 
-use super::statements::statements;
+use super::statements::Statement;
+
+/// How many statements `tobj` gets at once; their number bounds its memory.
+const BLOCK: usize = 1024;
+const FIRST_VERTEX: &[u8] = b"v 0 0 0\n";
 
 /// The tables that faces refer to, in the order of the file.
 #[derive(Default)]
@@ -15,116 +19,174 @@ pub(super) struct Numbers {
     pub normals: Vec<[f64; 3]>,
 }
 
-/// Reads all numbers. The positions are finite.
-pub(super) fn read(bytes: &[u8]) -> Result<Numbers, ReadFault> {
-    let mut text = String::new();
-    let mut origins = Vec::new();
-    let mut counts = [0_usize; 3];
-    for statement in statements(bytes) {
+/// Reads numbers, block by block. The positions are finite.
+#[derive(Default)]
+pub(super) struct NumberReader {
+    numbers: Numbers,
+    block: Block,
+    seen: [usize; 3],
+}
+
+impl NumberReader {
+    /// How many `v`, `vt` and `vn` there are so far.
+    pub fn seen(&self) -> [usize; 3] {
+        self.seen
+    }
+
+    /// Takes one of the three statements; others are passed over.
+    pub fn push(&mut self, statement: &Statement) -> Result<(), ReadFault> {
         let found = statement.arguments().len();
-        let (table, used) = match statement.keyword(bytes) {
+        let (table, used) = match statement.keyword() {
             // Three coordinates and a weight, or three coordinates and a colour.
             b"v" if found == 4 => (0, 4),
             b"v" => (0, 3),
             b"vt" => (1, 2),
             b"vn" => (2, 3),
-            _ => continue,
+            _ => return Ok(()),
         };
-        counts[table] += 1;
-        origins.push((table, statement.line));
-        text.push_str(["v", "vt", "vn"][table]);
-        for word in statement.arguments().iter().take(used) {
-            text.push(' ');
-            text.push_str(&String::from_utf8_lossy(&bytes[word.clone()]));
+        self.seen[table] += 1;
+        self.block.origins.push((table, statement.line));
+        let text = &mut self.block.text;
+        text.extend_from_slice(statement.keyword());
+        for word in statement.words().take(used) {
+            text.push(b' ');
+            // What is not ASCII is no number, but might be a blank to others.
+            text.extend_from_slice(if word.is_ascii() { word } else { b"?" });
         }
         // A texture may have one dimension.
-        text.push_str(if table == 1 && found == 1 {
-            " 0\n"
-        } else {
-            "\n"
-        });
+        if table == 1 && found == 1 {
+            text.extend_from_slice(b" 0");
+        }
+        text.push(b'\n');
+        if self.block.origins.len() == BLOCK {
+            self.read_block()?;
+        }
+        Ok(())
     }
-    if counts[0] == 0 {
-        return Ok(Numbers::default());
-    }
-    push_polygon(&mut text, counts);
 
-    // Numbers have one statement per line and so has the text, up to where reading stopped.
-    let mut rest = text.as_bytes();
-    let (models, _) = tobj::load_obj_buf(&mut rest, &tobj::LoadOptions::default(), |_| {
-        Err(tobj::LoadError::OpenFileFailed)
-    })
-    .map_err(|error| {
-        let read = text.len() - rest.len();
-        let lines = text.as_bytes()[..read]
-            .iter()
-            .filter(|&&b| b == b'\n')
-            .count();
-        let line = origins
-            .get(lines.saturating_sub(1))
-            .map_or(0, |&(_, line)| line);
-        syntax(line, error.to_string())
-    })?;
-    let mesh = models
-        .into_iter()
-        .next()
-        .map(|model| model.mesh)
-        .unwrap_or_default();
-    let positions: Vec<[f64; 3]> = triples(&mesh.positions);
-    if let Some(bad) = positions
-        .iter()
-        .position(|p| !p.iter().all(|c| c.is_finite()))
-    {
-        let vertices = origins.iter().filter(|(table, _)| *table == 0);
-        let line = vertices.map(|&(_, line)| line).nth(bad).unwrap_or(0);
-        return Err(syntax(
-            line,
-            "the vertex has a coordinate that is not a finite number",
-        ));
+    /// All numbers.
+    pub fn finish(mut self) -> Result<Numbers, ReadFault> {
+        self.read_block()?;
+        Ok(self.numbers)
     }
-    Ok(Numbers {
-        positions,
-        uvs: mesh
-            .texcoords
-            .as_chunks()
-            .0
-            .iter()
-            .map(|uv: &[f64; 2]| uv.map(|c| c as f32))
-            .collect(),
-        normals: triples(&mesh.normals),
-    })
+
+    fn read_block(&mut self) -> Result<(), ReadFault> {
+        let mesh = self.block.read()?;
+        let numbers = &mut self.numbers;
+        // The first vertex is none of the file.
+        let positions = triples(&mesh.positions).get(1..).unwrap_or_default();
+        let is_finite = |p: &[f64; 3]| p.iter().all(|c| c.is_finite());
+        if let Some(bad) = positions.iter().position(|p| !is_finite(p)) {
+            return Err(syntax(
+                self.block.vertex_line(bad),
+                "the vertex has a coordinate that is not a finite number",
+            ));
+        }
+        numbers.positions.extend_from_slice(positions);
+        numbers.normals.extend_from_slice(triples(&mesh.normals));
+        let (uvs, _) = mesh.texcoords.as_chunks();
+        numbers
+            .uvs
+            .extend(uvs.iter().map(|uv: &[f64; 2]| uv.map(|c| c as f32)));
+        self.block.clear();
+        Ok(())
+    }
 }
 
-fn triples(numbers: &[f64]) -> Vec<[f64; 3]> {
-    numbers.as_chunks().0.to_vec()
+fn triples(numbers: &[f64]) -> &[[f64; 3]] {
+    numbers.as_chunks().0
 }
 
-/// Adds a polygon that visits the entries of all three tables in their order: `tobj` stores
-/// what faces refer to, in the order of the first reference.
-fn push_polygon(text: &mut String, counts: [usize; 3]) {
-    let corners = counts.into_iter().max().unwrap_or(0);
-    text.push('f');
-    for corner in 1..=corners {
-        let reference = |table: usize| match counts[table] {
-            0 => String::new(),
-            count => corner.min(count).to_string(),
-        };
-        let (vertex, uv, normal) = (reference(0), reference(1), reference(2));
-        // Writing to a string cannot fail.
-        let _ = write!(text, " {vertex}/{uv}/{normal}");
+/// Statements to be read, after a vertex that is not one of them: `tobj` reads no faces, and
+/// so no numbers, without vertices.
+struct Block {
+    text: Vec<u8>,
+    /// The table and the line of each statement.
+    origins: Vec<(usize, usize)>,
+}
+
+impl Default for Block {
+    fn default() -> Self {
+        Self {
+            text: FIRST_VERTEX.to_vec(),
+            origins: Vec::new(),
+        }
     }
-    text.push('\n');
+}
+
+impl Block {
+    fn clear(&mut self) {
+        self.text.truncate(FIRST_VERTEX.len());
+        self.origins.clear();
+    }
+
+    fn read(&mut self) -> Result<tobj::Mesh, ReadFault> {
+        self.push_polygon();
+        // Every statement is on one line, and so is what was read where reading stopped.
+        let mut rest = self.text.as_slice();
+        let (models, _) = tobj::load_obj_buf(&mut rest, &tobj::LoadOptions::default(), |_| {
+            Err(tobj::LoadError::OpenFileFailed)
+        })
+        .map_err(|error| {
+            let read = &self.text[FIRST_VERTEX.len()..self.text.len() - rest.len()];
+            let lines = read.iter().filter(|&&byte| byte == b'\n').count();
+            let origin = self.origins.get(lines.saturating_sub(1));
+            syntax(origin.map_or(0, |&(_, line)| line), error.to_string())
+        })?;
+        Ok(models
+            .into_iter()
+            .next()
+            .map(|model| model.mesh)
+            .unwrap_or_default())
+    }
+
+    /// Adds a polygon that visits the entries of all three tables in their order: `tobj` stores
+    /// what faces refer to, in the order of the first reference.
+    fn push_polygon(&mut self) {
+        let mut counts = [1, 0, 0];
+        for &(table, _) in &self.origins {
+            counts[table] += 1;
+        }
+        self.text.push(b'f');
+        for corner in 1..=counts.into_iter().max().unwrap_or(0) {
+            let [vertex, uv, normal] = counts.map(|count: usize| corner.min(count));
+            // Writing to memory cannot fail.
+            let _ = match (uv, normal) {
+                (0, 0) => write!(self.text, " {vertex}"),
+                (0, _) => write!(self.text, " {vertex}//{normal}"),
+                (_, 0) => write!(self.text, " {vertex}/{uv}"),
+                _ => write!(self.text, " {vertex}/{uv}/{normal}"),
+            };
+        }
+        self.text.push(b'\n');
+    }
+
+    /// The line of a vertex of the file.
+    fn vertex_line(&self, vertex: usize) -> usize {
+        let mut vertices = self.origins.iter().filter(|(table, _)| *table == 0);
+        vertices.nth(vertex).map_or(0, |&(_, line)| line)
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::statements::Statements;
     use super::*;
+
+    fn read(text: &str) -> Result<Numbers, ReadFault> {
+        let mut reader = NumberReader::default();
+        let mut statements = Statements::new(text.as_bytes());
+        while let Some(statement) = statements.next().unwrap() {
+            reader.push(&statement)?;
+        }
+        reader.finish()
+    }
 
     #[test]
     fn tables_keep_the_order_of_the_file() {
         let text = "vn 0 0 1\nv 1 2 3 0.5\nvt 9\nf 3 2 1\nv 1 1 1 .1 .2 .3\nvn 1 0 0\ng x\n\
                     vn 0 0 1\nv 1 1 1\nvn 5 5 5 7\nvt 0.5 1e-2 0";
-        let numbers = read(text.as_bytes()).unwrap();
+        let numbers = read(text).unwrap();
         assert_eq!(
             numbers.positions,
             [[2., 4., 6.], [1., 1., 1.], [1., 1., 1.]]
@@ -135,8 +197,40 @@ mod tests {
     }
 
     #[test]
+    fn blocks_join_without_a_seam() {
+        for count in [BLOCK / 3, BLOCK - 1, BLOCK, BLOCK + 1, 3 * BLOCK + 7] {
+            let mut text: String = (0..count).map(|i| format!("v {i} 0 -{i}\n")).collect();
+            text.extend((0..count).map(|i| format!("vt {i} 1\nvn 0 {i} 0\n")));
+            let numbers = read(&text).unwrap();
+            for i in 0..count {
+                let c = i as f64;
+                assert_eq!(numbers.positions[i], [c, 0.0, -c]);
+                assert_eq!(numbers.uvs[i], [i as f32, 1.0]);
+                assert_eq!(numbers.normals[i], [0.0, c, 0.0]);
+            }
+            let lengths = [
+                numbers.positions.len(),
+                numbers.uvs.len(),
+                numbers.normals.len(),
+            ];
+            assert_eq!(lengths, [count; 3]);
+        }
+    }
+
+    #[test]
+    fn numbers_are_written_in_several_ways() {
+        let numbers = read("v +1 1. .5\nv 1e5 1E-2 -0\nv\t-.5e+1 \x0b 007 1_").err();
+        assert!(numbers.is_some());
+        let numbers = read("v +1 1. .5\nv 1e5 1E-2 -0\nv\t-.5e+1 \x0b 007 1").unwrap();
+        assert_eq!(
+            numbers.positions,
+            [[1., 1., 0.5], [1e5, 0.01, 0.], [-5., 7., 1.]]
+        );
+    }
+
+    #[test]
     fn coordinates_are_double_precision() {
-        let numbers = read(b"v 665187.522077 5648349.895035 241.767693").unwrap();
+        let numbers = read("v 665187.522077 5648349.895035 241.767693").unwrap();
         assert_eq!(
             numbers.positions,
             [[665187.522077, 5648349.895035, 241.767693]]
@@ -145,9 +239,16 @@ mod tests {
 
     #[test]
     fn faults_name_the_line_of_the_file() {
+        let late = format!("{}v 1 x 0\n", "v 0 0 0\n\n".repeat(BLOCK));
+        let infinite = format!("{}v 1 0 inf\n", "vt 0 0\nv 0 0 0\n\n".repeat(BLOCK));
         let cases = [
             ("v 0 0 0\n\ng v\nv 1 x 0\n", "line 4: position parse error"),
             ("v 0 0 0\nv 1 0", "line 2: position parse error"),
+            ("v 1\u{a0}2 3\n", "line 1: position parse error"),
+            ("v 1\u{2003}2 3 4\n", "line 1: position parse error"),
+            ("v 1 0\0 1\n", "line 1: position parse error"),
+            ("v 1d5 0 1\n", "line 1: position parse error"),
+            ("v 1 2 3 x\n", "line 1: position parse error"),
             (
                 "v 0 0 0\nv 0 0 0 0\nv 0 0 0\n",
                 "line 2: scaling (w) by zero",
@@ -158,9 +259,14 @@ mod tests {
                 "v 0 0 0\nvt nan 0\nv 0 inf 0\n",
                 "line 3: the vertex has a coordinate that is not a finite number",
             ),
+            (&late, "line 2049: position parse error"),
+            (
+                &infinite,
+                "line 3073: the vertex has a coordinate that is not a finite number",
+            ),
         ];
         for (text, message) in cases {
-            let fault = read(text.as_bytes()).err().unwrap();
+            let fault = read(text).err().unwrap();
             assert_eq!(fault.to_string(), message, "{text}");
         }
     }

@@ -1,0 +1,87 @@
+//! What is read of an OBJ file.
+
+use crate::document::Content;
+use crate::{Labels, ReadFault};
+
+use super::faces::Faces;
+use super::names::Names;
+use super::numbers::{NumberReader, Numbers};
+use super::statements::{Fingerprint, Statement, Statements, decode, open};
+
+/// The numbers and faces of a file, and what is named in it.
+pub(super) struct Model {
+    pub numbers: Numbers,
+    pub faces: Faces,
+    pub objects: Names,
+    pub materials: Names,
+    /// What the `mtllib` statements name.
+    pub libraries: Vec<String>,
+    pub fingerprint: Fingerprint,
+}
+
+impl Model {
+    /// Reads a file and shows `each` of its statements.
+    pub fn read(content: &Content, mut each: impl FnMut(&Statement)) -> Result<Self, ReadFault> {
+        let mut statements = Statements::new(open(content)?);
+        let mut numbers = NumberReader::default();
+        let mut faces = Faces::default();
+        let mut objects = Names::starting_with(Some(Vec::new()));
+        let mut materials = Names::starting_with(None);
+        let mut libraries = Vec::new();
+        while let Some(statement) = statements.next()? {
+            each(&statement);
+            match statement.keyword() {
+                b"v" | b"vt" | b"vn" => numbers.push(&statement)?,
+                b"f" | b"fo" => {
+                    let number = faces.vertices.len();
+                    faces.push(&statement, numbers.seen())?;
+                    if faces.vertices.len() > number {
+                        objects.hold_for(number);
+                        materials.hold_for(number);
+                    }
+                }
+                b"o" => objects.set(Some(statement.name())),
+                b"usemtl" => materials.set(Some(statement.name()).filter(|n| !n.is_empty())),
+                b"mtllib" => libraries.push(decode(&statement.name())),
+                _ => {}
+            }
+        }
+        let numbers = numbers.finish()?;
+        if !numbers.positions.is_empty() {
+            faces.check(numbers.positions.len())?;
+        }
+        Ok(Self {
+            numbers,
+            faces,
+            objects,
+            materials,
+            libraries,
+            fingerprint: statements.fingerprint(),
+        })
+    }
+
+    /// The normals of a cloud: there is one `vn` for every `v`.
+    pub fn point_normals(&self) -> Option<&[[f64; 3]]> {
+        let one_each = self.numbers.normals.len() == self.numbers.positions.len();
+        one_each.then_some(&self.numbers.normals)
+    }
+
+    pub fn material_names(&self) -> Vec<String> {
+        self.materials.used().iter().map(|n| decode(n)).collect()
+    }
+
+    /// The objects and materials of the triangles.
+    pub fn labels(&self) -> Labels {
+        let polygons = &self.faces.vertices;
+        let mut labels = Labels::default();
+        if self.objects.used().len() > 1 {
+            let objects = self.objects.of_triangles(polygons);
+            labels.objects = objects.into_iter().flatten().collect();
+        }
+        if !self.materials.used().is_empty() {
+            labels.materials = self.materials.of_triangles(polygons);
+            labels.material_names = self.material_names();
+        }
+        labels
+    }
+}
