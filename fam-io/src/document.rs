@@ -186,7 +186,7 @@ fn parse(format: Format, content: Content) -> Result<Document, ReadFault> {
             .map(|parsed| parsed.document(|source| Source::Gltf(Box::new(source)))),
         Format::Obj => obj::parse(content).map(|parsed| parsed.document(Source::Obj)),
         Format::Off => off::parse(content.bytes()?).map(|parsed| parsed.document(Source::Off)),
-        Format::Ply => ply::parse(&content.bytes()?).map(|parsed| parsed.document(Source::Ply)),
+        Format::Ply => ply::parse(content.bytes()?).map(|parsed| parsed.document(Source::Ply)),
         Format::Stl => stl::parse(&content.bytes()?).map(|parsed| parsed.document(Source::Stl)),
         Format::Xyz => xyz::parse(content.bytes()?).map(|parsed| parsed.document(Source::Xyz)),
     }
@@ -377,7 +377,8 @@ impl Document {
             Source::Obj(source) => source.scene(),
             Source::Off(source) => source.scene(),
             Source::Ply(source) => source.scene(),
-            Source::None | Source::Stl(_) | Source::Xyz(_) => Ok(Scene::of_surface(&self.surface)),
+            Source::None | Source::Stl(_) => Ok(Scene::of_surface(&self.surface)),
+            Source::Xyz(source) => Ok(source.scene(&self.surface)),
         }
     }
 

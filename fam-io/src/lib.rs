@@ -53,6 +53,7 @@
 //! ```
 
 pub mod atomic;
+mod color;
 #[cfg(test)]
 mod damaged;
 mod detect;

@@ -1,396 +1,388 @@
-//! PLY, the polygon file format: ASCII and binary of either byte order, by the crate
-//! `ply-rs-bw`.
+//! PLY, the polygon file format: ASCII and binary of either byte order.
 //!
-//! - The element `vertex` has the scalars `x`, `y`, `z`, possibly `nx`, `ny`, `nz`, and UVs as
-//!   `s`, `t`, as `u`, `v` or as `texture_u`, `texture_v`. Infinite or NaN UVs count as none.
-//! - The element `face` has a list of zero-based vertices, `vertex_indices` or `vertex_index`.
-//!   Faces of fewer than three corners are no part of the surface. Without faces it is a
-//!   point cloud. Triangle strips are not read.
-//! - The numbers of entries that the header announces must fit in the file, where every entry
-//!   takes a byte at least.
+//! - The header has types in both spellings (`float`, `float32`), any line ends, and comments
+//!   and names in any encoding. Of several elements or properties of one name the first counts;
+//!   the others are only kept. The entries it announces must be there.
+//! - In an ASCII file every entry is on a line of its own; empty lines, and what a line has
+//!   beyond its properties, are not looked at.
+//! - The element `vertex` has the scalars `x`, `y`, `z`, possibly `nx`, `ny`, `nz`, the colour
+//!   `red`, `green`, `blue` (possibly with `alpha`; integers up to the largest of their type,
+//!   or 0 to 1), and UVs as `s`, `t`, as `u`, `v` or as `texture_u`, `texture_v`.
+//! - The element `face` has a list of zero-based vertices, `vertex_indices` or `vertex_index`
+//!   (upper case and missing underscores are the same). Faces of fewer than three corners are
+//!   no part of the surface. Without faces it is a point cloud.
+//! - A list `texcoord` of the faces has the UVs of their corners. They count if the vertices
+//!   have none and if there is one for each corner of the surface.
+//! - The element `tristrips`, in the place of faces, has lists of vertices as well: every
+//!   three vertices in a row are a triangle, of alternating orientation; −1 starts a new
+//!   strip. Triangles that have a vertex twice only continue a strip and are left out.
 //!
-//! Writing keeps the encoding, comments (moved to the top of the header), all elements and all
-//! properties, except that UVs are the last two properties of a vertex, `float s` and
-//! `float t`, and the only ones: older ones go, and so does a list `texcoord` of the faces. A
-//! vertex with several UVs is split, its copies come after the last vertex. A vertex in no
-//! face has the UV 0 0. A polygon with a seam inside becomes triangles.
+//! Infinite or NaN UVs, and words that are no numbers, count as no UVs.
+//!
+//! Writing keeps the encoding, the header's lines, all elements and all properties as they
+//! are. UVs of the corners are replaced in place. Otherwise UVs become the last two properties
+//! of a vertex, `float s` and `float t`, and the only ones: older ones go, and so does a list
+//! `texcoord` of the faces. A vertex with several UVs is split, its copies come after the last
+//! vertex. A vertex in no face has the UV 0 0. A polygon with a seam inside becomes triangles;
+//! triangle strips become faces.
 
-use std::io::{self, Write};
+mod body;
+mod header;
+mod write;
+
+use std::io;
 
 use fam_core::surface::{SurfaceError, UvMap};
-use ply_rs_bw::parser::{Parser, Reader};
-use ply_rs_bw::ply::{
-    Addable, DefaultElement, ElementDef, Encoding, Header, Property, PropertyAccess,
-    PropertyAccessResult, PropertyDef, PropertyType, ScalarType,
-};
-use ply_rs_bw::writer::Writer;
 
+use self::body::{Entries, Table};
+use self::header::{Element, Header, Kind, Scalar};
+use crate::color::linear_color;
 use crate::document::{Parsed, surface, vertex_uvs};
-use crate::polygons::{Polygons, Split};
-use crate::scene::Scene;
+use crate::polygons::{Polygons, fan};
+use crate::scene::{Mesh, Scene, corner_normals};
 use crate::{Labels, ReadFault, Uvs};
 
 const UV_NAMES: [[&str; 2]; 3] = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]];
-const FACE_NAMES: [&str; 2] = ["vertex_indices", "vertex_index"];
+const CORNER_UVS: &str = "texcoord";
 
 /// A PLY file, to be written back.
 #[derive(Debug, Clone)]
 pub(crate) struct Source {
+    bytes: Vec<u8>,
     header: Header,
-    /// The entries of every element, in the order of the header.
-    rows: Vec<Vec<Row>>,
+    /// Of every element.
+    entries: Vec<Entries>,
+    vertices: usize,
+    faces: Faces,
     polygons: Polygons,
 }
 
-/// The properties of an entry, in the order of the header.
-#[derive(Debug, Clone)]
-struct Row(Vec<Property>);
-
-impl PropertyAccess for Row {
-    fn new() -> Self {
-        Self(Vec::new())
-    }
-
-    fn set_property(&mut self, _: &str, property: Property) -> PropertyAccessResult {
-        self.0.push(property);
-        PropertyAccessResult::Set
-    }
+/// Where the polygons come from.
+#[derive(Debug, Clone, Copy)]
+enum Faces {
+    None,
+    /// Polygons of an element, in this property.
+    Polygons {
+        element: usize,
+        corners: usize,
+        /// The property with the UVs of the corners.
+        uvs: Option<usize>,
+    },
+    /// Triangle strips of an element.
+    Strips {
+        element: usize,
+    },
 }
 
-pub(crate) fn parse(bytes: &[u8]) -> Result<Parsed<Source>, ReadFault> {
-    let parser = Parser::<Row>::new();
-    let mut reader = Reader::new(bytes);
-    let header = parser.read_header(&mut reader).map_err(rejected)?;
-    check_counts(&header, reader.get_ref().len())?;
-    let mut rows = Vec::with_capacity(header.elements.len());
-    for definition in header.elements.values() {
-        let read = parser.read_payload_for_element(&mut reader, definition, &header);
-        rows.push(read.map_err(rejected)?);
-    }
-
-    let entries = |name: &str| {
-        let index = header.elements.get_index_of(name)?;
-        Some((&header.elements[index], rows[index].as_slice()))
+pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
+    let header = Header::parse(&bytes)?;
+    let entries = body::locate(&bytes, &header)?;
+    let vertices = header.element("vertex").ok_or(SurfaceError::NoVertices)?;
+    let mut source = Source {
+        bytes,
+        header,
+        entries,
+        vertices,
+        faces: Faces::None,
+        polygons: Polygons::default(),
     };
-    let (vertex, vertices) = entries("vertex").ok_or(SurfaceError::NoVertices)?;
-    let positions = scalars(vertex, vertices, ["x", "y", "z"])
+    let vertex = source.table(vertices);
+    let scalars = |names| vertex.element.scalars(names);
+    let xyz = scalars(["x", "y", "z"])
         .ok_or_else(|| ReadFault::Malformed("the vertices have no x, y and z".to_owned()))?;
-    let normals = scalars(vertex, vertices, ["nx", "ny", "nz"]);
+    let positions = vertex.columns(xyz);
+    let normals = source.normals();
     let uvs = UV_NAMES
         .into_iter()
-        .find_map(|names| scalars(vertex, vertices, names))
+        .find_map(|names| vertex.element.scalars(names))
+        .map(|uv| vertex.columns(uv))
         .map(|uvs| uvs.into_iter().map(|uv| uv.map(|c| c as f32)).collect());
-    if entries("tristrips").is_some_and(|(_, strips)| !strips.is_empty()) {
-        return Err(ReadFault::Unsupported("triangle strips are".to_owned()));
-    }
-    let polygons = match entries("face") {
-        Some((face, faces)) => polygons(face, faces, positions.len())?,
-        None => Polygons::default(),
-    };
 
-    let surface = surface(positions, &polygons, normals)?;
-    let uvs = uvs.and_then(|uvs| vertex_uvs(&surface, uvs));
+    (source.faces, source.polygons) = source.read_faces(positions.len())?;
+    let surface = surface(positions, &source.polygons, normals)?;
+    let uvs = match uvs {
+        Some(uvs) => vertex_uvs(&surface, uvs),
+        None => source.read_corner_uvs(),
+    };
     Ok(Parsed {
         surface,
         uvs,
         labels: Labels::default(),
-        source: Source {
-            header,
-            rows,
-            polygons,
-        },
+        source,
     })
 }
 
-/// The message of the parser on one line.
-fn rejected(error: ply_rs_bw::parser::ParseError) -> ReadFault {
-    const LONGEST: usize = 200;
-    let message = error.to_string();
-    let words: Vec<&str> = message.split_whitespace().collect();
-    let line: String = words.join(" ");
-    let shown = line.chars().filter(|c| !c.is_control()).take(LONGEST);
-    ReadFault::Malformed(shown.collect())
+/// The list of vertices among the properties of a face or strip.
+fn corners_column(element: &Element) -> Option<usize> {
+    element.properties.iter().position(|property| {
+        let name = property.name.to_ascii_lowercase().replace('_', "");
+        let is_list = matches!(property.kind, Kind::List { .. });
+        is_list && ["vertexindices", "vertexindex"].contains(&name.as_str())
+    })
 }
 
-/// Refuses a header that announces more entries than `available` bytes can hold.
-fn check_counts(header: &Header, available: usize) -> Result<(), ReadFault> {
-    let mut left = available as u64;
-    for definition in header.elements.values() {
-        let size = match header.encoding {
-            Encoding::Ascii => 1,
-            _ => definition
-                .properties
-                .values()
-                .map(smallest_size)
-                .sum::<u64>()
-                .max(1),
-        };
-        let announced = definition.count as u64;
-        // The last line of an ASCII file may lack its line end.
-        let found = left.div_ceil(size);
-        if announced > found {
-            return Err(ReadFault::Truncated {
-                element: definition.name.clone(),
-                announced,
-                found,
-            });
+impl Source {
+    fn table(&self, element: usize) -> Table<'_> {
+        Table {
+            bytes: &self.bytes,
+            encoding: self.header.encoding,
+            element: &self.header.elements[element],
+            entries: &self.entries[element],
         }
-        left = left.saturating_sub(announced * size);
+    }
+
+    /// The elements of this name that have entries.
+    fn filled(&self, name: &str) -> Vec<usize> {
+        let filled = |&element: &usize| {
+            let entries = &self.entries[element];
+            self.header.elements[element].name == name && !entries.starts.is_empty()
+        };
+        (0..self.entries.len()).filter(filled).collect()
+    }
+
+    fn normals(&self) -> Option<Vec<[f64; 3]>> {
+        let vertex = self.table(self.vertices);
+        let columns = vertex.element.scalars(["nx", "ny", "nz"])?;
+        Some(vertex.columns(columns))
+    }
+
+    fn read_faces(&self, vertices: usize) -> Result<(Faces, Polygons), ReadFault> {
+        let mut polygons = Polygons::default();
+        let (faces, strips) = (self.filled("face"), self.filled("tristrips"));
+        let faces = match (faces.as_slice(), strips.as_slice()) {
+            ([], []) => Faces::None,
+            (&[element, ..], []) => {
+                let corners = self.read_lists(element, |number, list| {
+                    if list.len() >= 3 {
+                        let corner = |&index: &i64| vertex(index, number, vertices);
+                        let corners: Vec<u32> =
+                            list.iter().map(corner).collect::<Result<_, _>>()?;
+                        polygons.push(corners);
+                    }
+                    Ok(())
+                })?;
+                Faces::Polygons {
+                    element,
+                    corners,
+                    uvs: None,
+                }
+            }
+            ([], &[element]) => {
+                self.read_lists(element, |number, list| {
+                    list.split(|&index| index == -1)
+                        .try_for_each(|strip| triangles(strip, number, vertices, &mut polygons))
+                })?;
+                Faces::Strips { element }
+            }
+            _ => {
+                let what = "triangle strips beside other faces are";
+                return Err(ReadFault::Unsupported(what.to_owned()));
+            }
+        };
+        Ok((faces, polygons))
+    }
+
+    /// Calls `each` with the number and the vertices of every face or strip; returns the
+    /// property with the vertices.
+    fn read_lists(
+        &self,
+        element: usize,
+        mut each: impl FnMut(usize, &[i64]) -> Result<(), ReadFault>,
+    ) -> Result<usize, ReadFault> {
+        let table = self.table(element);
+        let name = &table.element.name;
+        let column = corners_column(table.element)
+            .ok_or_else(|| ReadFault::Malformed(format!("`{name}` has no list vertex_indices")))?;
+        let kind = table.element.properties[column].kind;
+        let (mut cells, mut list) = (Vec::new(), Vec::new());
+        for (number, &start) in (1..).zip(&table.entries.starts) {
+            table.cells(start, &mut cells);
+            list.clear();
+            for index in table.numbers(kind, cells[column].clone()) {
+                let index = index.filter(|index| index.fract() == 0.0).ok_or_else(|| {
+                    ReadFault::Malformed(format!(
+                        "entry {number} of `{name}` has a vertex index that is no integer"
+                    ))
+                })?;
+                list.push(index as i64);
+            }
+            each(number, &list)?;
+        }
+        Ok(column)
+    }
+
+    /// The UVs of the corners of the polygons, if they have all of them.
+    fn read_corner_uvs(&mut self) -> Option<Uvs> {
+        let Faces::Polygons {
+            element, corners, ..
+        } = self.faces
+        else {
+            return None;
+        };
+        let table = self.table(element);
+        let column = table.element.column(CORNER_UVS)?;
+        let kind = table.element.properties[column].kind;
+        if !matches!(kind, Kind::List { item, .. } if item.is_float()) {
+            return None;
+        }
+        let corners_kind = table.element.properties[corners].kind;
+        let mut polygons = self.polygons.iter();
+        let (mut uvs, mut triangles) = (Vec::new(), Vec::new());
+        let (mut cells, mut values) = (Vec::new(), Vec::new());
+        for &start in &table.entries.starts {
+            table.cells(start, &mut cells);
+            if table.numbers(corners_kind, cells[corners].clone()).count() < 3 {
+                continue;
+            }
+            values.clear();
+            let numbers = table.numbers(kind, cells[column].clone());
+            values.extend(numbers.map(|number| number.map_or(f32::NAN, |number| number as f32)));
+            let (pairs, rest) = values.as_chunks::<2>();
+            if pairs.len() != polygons.next()?.len() || !rest.is_empty() {
+                return None;
+            }
+            let first = uvs.len() as u32;
+            let indices: Vec<u32> = (first..).take(pairs.len()).collect();
+            triangles.extend(fan(&indices));
+            uvs.extend_from_slice(pairs);
+        }
+        let map = UvMap::new(uvs, triangles).ok()?;
+        self.faces = Faces::Polygons {
+            element,
+            corners,
+            uvs: Some(column),
+        };
+        Some(Uvs::Mesh(map))
+    }
+
+    pub fn scene(&self) -> io::Result<Scene> {
+        let vertex = self.table(self.vertices);
+        let Some(xyz) = vertex.element.scalars(["x", "y", "z"]) else {
+            return Ok(Scene::default());
+        };
+        let normals = self.normals();
+        Ok(Scene::of_mesh(Mesh {
+            positions: vertex.columns(xyz),
+            colors: self.colors(),
+            normals: normals.map(|normals| corner_normals(&self.polygons, &normals)),
+            polygons: self.polygons.clone(),
+            ..Mesh::default()
+        }))
+    }
+
+    fn colors(&self) -> Option<Vec<[f32; 4]>> {
+        let vertex = self.table(self.vertices);
+        let rgb = vertex.element.scalars(["red", "green", "blue"])?;
+        let alpha = vertex.element.scalars(["alpha"]);
+        let part = |(_, scalar), value: f64| value / largest(scalar);
+        let colors = vertex
+            .columns(rgb)
+            .into_iter()
+            .map(|[r, g, b]| [part(rgb[0], r), part(rgb[1], g), part(rgb[2], b)]);
+        let opacity = alpha.map(|alpha| {
+            let column = vertex.columns(alpha).into_iter();
+            column.map(|[a]| part(alpha[0], a)).collect::<Vec<f64>>()
+        });
+        Some(match opacity {
+            Some(opacity) => colors
+                .zip(opacity)
+                .map(|(c, a)| linear_color(c, a))
+                .collect(),
+            None => colors.map(|c| linear_color(c, 1.0)).collect(),
+        })
+    }
+}
+
+/// The value of a full colour.
+fn largest(scalar: Scalar) -> f64 {
+    if scalar.is_float() {
+        1.0
+    } else {
+        (scalar.integers() - 1) as f64
+    }
+}
+
+/// A vertex by its index in the file.
+fn vertex(index: i64, face: usize, count: usize) -> Result<u32, ReadFault> {
+    let exists = usize::try_from(index).is_ok_and(|index| index < count);
+    let vertex = u32::try_from(index).ok().filter(|_| exists);
+    vertex.ok_or(ReadFault::VertexOutOfRange {
+        face,
+        index,
+        count,
+        numbering: ", numbered from 0",
+    })
+}
+
+/// Adds the triangles of a strip.
+fn triangles(
+    strip: &[i64],
+    number: usize,
+    vertices: usize,
+    polygons: &mut Polygons,
+) -> Result<(), ReadFault> {
+    let corner = |&index: &i64| vertex(index, number, vertices);
+    let strip: Vec<u32> = strip.iter().map(corner).collect::<Result<_, _>>()?;
+    for (at, triple) in strip.array_windows().enumerate() {
+        let &[a, b, c] = triple;
+        if a != b && b != c && c != a {
+            polygons.push(if at % 2 == 0 { [a, b, c] } else { [b, a, c] });
+        }
     }
     Ok(())
 }
 
-/// The bytes that a property takes at least in a binary file.
-fn smallest_size(property: &PropertyDef) -> u64 {
-    match &property.data_type {
-        PropertyType::Scalar(scalar) | PropertyType::List(scalar, _) => match scalar {
-            ScalarType::Char | ScalarType::UChar => 1,
-            ScalarType::Short | ScalarType::UShort => 2,
-            ScalarType::Int | ScalarType::UInt | ScalarType::Float => 4,
-            ScalarType::Double => 8,
-        },
-    }
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// The named scalars of every row; `None` unless the element has them all.
-fn scalars<const N: usize>(
-    definition: &ElementDef,
-    rows: &[Row],
-    names: [&str; N],
-) -> Option<Vec<[f64; N]>> {
-    let mut columns = [0; N];
-    for (column, name) in columns.iter_mut().zip(names) {
-        *column = definition.properties.get_index_of(name)?;
-    }
-    rows.iter()
-        .map(|row| {
-            let mut values = [0.0; N];
-            for (value, &column) in values.iter_mut().zip(&columns) {
-                *value = scalar(row.0.get(column)?)?;
-            }
-            Some(values)
-        })
-        .collect()
-}
-
-fn scalar(property: &Property) -> Option<f64> {
-    match *property {
-        Property::Char(x) => Some(x.into()),
-        Property::UChar(x) => Some(x.into()),
-        Property::Short(x) => Some(x.into()),
-        Property::UShort(x) => Some(x.into()),
-        Property::Int(x) => Some(x.into()),
-        Property::UInt(x) => Some(x.into()),
-        Property::Float(x) => Some(x.into()),
-        Property::Double(x) => Some(x),
-        _ => None,
-    }
-}
-
-/// The list of vertices among the properties of a face.
-fn indices_column(face: &ElementDef) -> Option<usize> {
-    FACE_NAMES
-        .iter()
-        .find_map(|&name| face.properties.get_index_of(name))
-}
-
-fn polygons(face: &ElementDef, rows: &[Row], count: usize) -> Result<Polygons, ReadFault> {
-    let mut polygons = Polygons::default();
-    if rows.is_empty() {
-        return Ok(polygons);
-    }
-    let column = indices_column(face)
-        .ok_or_else(|| ReadFault::Malformed("the faces have no list vertex_indices".to_owned()))?;
-    for (number, row) in rows.iter().enumerate() {
-        let indices = row.0.get(column).and_then(indices).ok_or_else(|| {
-            ReadFault::Malformed("the vertex indices of the faces are not integers".to_owned())
-        })?;
-        let corners = indices.iter().map(|&index| {
-            let exists = usize::try_from(index).is_ok_and(|index| index < count);
-            let vertex = u32::try_from(index).ok().filter(|_| exists);
-            vertex.ok_or(ReadFault::VertexOutOfRange {
-                face: number + 1,
-                index,
-                count,
-                numbering: ", numbered from 0",
-            })
-        });
-        let corners: Vec<u32> = corners.collect::<Result<_, _>>()?;
-        if corners.len() >= 3 {
-            polygons.push(corners);
-        }
-    }
-    Ok(polygons)
-}
-
-fn indices(list: &Property) -> Option<Vec<i64>> {
-    fn widened<T: Copy + Into<i64>>(list: &[T]) -> Option<Vec<i64>> {
-        Some(list.iter().map(|&index| index.into()).collect())
-    }
-    match list {
-        Property::ListChar(list) => widened(list),
-        Property::ListUChar(list) => widened(list),
-        Property::ListShort(list) => widened(list),
-        Property::ListUShort(list) => widened(list),
-        Property::ListInt(list) => widened(list),
-        Property::ListUInt(list) => widened(list),
-        _ => None,
-    }
-}
-
-impl Source {
-    pub fn write(&self, uvs: &Uvs, out: &mut dyn Write) -> io::Result<()> {
-        match uvs {
-            Uvs::Mesh(uvs) => self.write_mesh(uvs, out),
-            Uvs::Points(uvs) => self.write_points(uvs, out),
-        }
-    }
-
-    pub fn scene(&self) -> io::Result<Scene> {
-        Ok(Scene::default())
-    }
-
-    fn write_mesh(&self, uvs: &UvMap, out: &mut dyn Write) -> io::Result<()> {
-        let vertices = self.element("vertex").map_or(0, |at| self.rows[at].len());
-        let split = Split::at_seams(vertices, &self.polygons, uvs);
-        let mut output = self.clone();
-        output.set_vertex_uvs(&split.added, &split.uvs);
-        output.set_faces(&split.faces, split.uvs.len());
-        output.write_rows(out)
-    }
-
-    fn write_points(&self, uvs: &[[f32; 2]], out: &mut dyn Write) -> io::Result<()> {
-        let mut output = self.clone();
-        output.set_vertex_uvs(&[], uvs);
-        output.write_rows(out)
-    }
-
-    fn element(&self, name: &str) -> Option<usize> {
-        self.header.elements.get_index_of(name)
-    }
-
-    /// Adds copies of vertices and gives all vertices these UVs.
-    fn set_vertex_uvs(&mut self, added: &[u32], uvs: &[[f32; 2]]) {
-        let Some(element) = self.element("vertex") else {
-            return;
+    #[test]
+    fn a_scene_has_polygons_colours_and_normals() {
+        let scene = |properties: &str, rows: [&str; 3]| {
+            let rows = rows.join("\n");
+            let text = format!(
+                "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+                 property float z\n{properties}element face 2\n\
+                 property list uchar int vertex_indices\nend_header\n{rows}\n2 0 1\n4 2 1 0 1\n"
+            );
+            let source = parse(text.into_bytes()).unwrap().source;
+            source.scene().unwrap().meshes.remove(0)
         };
-        for names in UV_NAMES {
-            let properties = &self.header.elements[element].properties;
-            if names.iter().all(|&name| properties.contains_key(name)) {
-                names.iter().for_each(|name| self.remove(element, name));
-            }
-        }
-        // Anything else of that name would be lost under the new property.
-        UV_NAMES[0]
-            .iter()
-            .for_each(|name| self.remove(element, name));
-        let rows = &mut self.rows[element];
-        for &vertex in added {
-            let copy = rows[vertex as usize].clone();
-            rows.push(copy);
-        }
-        for (row, uv) in rows.iter_mut().zip(uvs) {
-            row.0.extend(uv.map(Property::Float));
-        }
-        for name in UV_NAMES[0] {
-            let data_type = PropertyType::Scalar(ScalarType::Float);
-            let property = PropertyDef::new(name.to_owned(), data_type);
-            self.header.elements[element].properties.add(property);
-        }
-    }
-
-    /// Replaces the polygons by their pieces, which refer to so many vertices.
-    fn set_faces(&mut self, faces: &[Vec<Vec<u32>>], vertices: usize) {
-        let Some(element) = self.element("face") else {
-            return;
+        let list = |kind: &str, names: &[&str]| -> String {
+            let line = |name| format!("property {kind} {name}\n");
+            names.iter().map(line).collect()
         };
-        self.remove(element, "texcoord");
-        let definition = &mut self.header.elements[element];
-        let Some(column) = indices_column(definition) else {
-            return;
-        };
-        let data_type = &mut definition.properties[column].data_type;
-        if let PropertyType::List(_, index) = data_type
-            && vertices as u64 > most_vertices(index)
-        {
-            *index = ScalarType::UInt;
-        }
-        let PropertyType::List(_, index) = data_type.clone() else {
-            return;
-        };
-        let mut faces = faces.iter();
-        let old = std::mem::take(&mut self.rows[element]);
-        for mut row in old {
-            let corners = row.0.get(column).and_then(indices).unwrap_or_default();
-            if corners.len() < 3 {
-                row.0[column] = list(&index, corners);
-                self.rows[element].push(row);
-                continue;
-            }
-            for piece in faces.next().into_iter().flatten() {
-                let mut row = row.clone();
-                row.0[column] = list(&index, piece.iter().map(|&v| v.into()).collect());
-                self.rows[element].push(row);
-            }
-        }
-    }
+        let rgb = ["red", "green", "blue"];
+        let properties = list("uchar", &rgb) + &list("float", &["nx", "ny", "nz", "alpha"]);
+        let mesh = scene(
+            &properties,
+            [
+                "0 0 0 255 0 0 0 0 1 .5",
+                "1 0 0 0 0 0 nan 0 0 1",
+                "0 1 0 0 255 0 0 3 0 9",
+            ],
+        );
+        assert_eq!(mesh.positions[1], [1.0, 0.0, 0.0]);
+        assert_eq!(mesh.polygons.iter().collect::<Vec<_>>(), [[2, 1, 0, 1]]);
+        let normals = [[0., 3., 0.], [0.; 3], [0., 0., 1.], [0.; 3]];
+        assert_eq!(mesh.normals.unwrap(), normals);
+        let colors = [[1., 0., 0., 0.5], [0., 0., 0., 1.], [0., 1., 0., 1.]];
+        assert_eq!(mesh.colors.unwrap(), colors);
 
-    /// Removes a property of an element, if it has it.
-    fn remove(&mut self, element: usize, name: &str) {
-        let properties = &mut self.header.elements[element].properties;
-        if let Some((column, _, _)) = properties.shift_remove_full(name) {
-            for row in &mut self.rows[element] {
-                row.0.remove(column);
-            }
-        }
-    }
-
-    fn write_rows(mut self, out: &mut dyn Write) -> io::Result<()> {
-        let writer = Writer::<DefaultElement>::new();
-        for (definition, rows) in self.header.elements.values_mut().zip(&self.rows) {
-            definition.count = rows.len();
-        }
-        let out = &mut &mut *out;
-        writer.write_header(out, &self.header)?;
-        for (definition, rows) in self.header.elements.values().zip(&self.rows) {
-            let mut entry = vec![DefaultElement::new()];
-            for row in rows {
-                for (name, value) in definition.properties.keys().zip(&row.0) {
-                    match entry[0].get_mut(name) {
-                        Some(slot) => slot.clone_from(value),
-                        None => {
-                            entry[0].insert(name.clone(), value.clone());
-                        }
-                    }
-                }
-                writer.write_payload_of_element(out, &entry, definition, &self.header)?;
-            }
-        }
-        Ok(())
-    }
-}
-
-/// How many vertices a list of such indices can tell apart.
-fn most_vertices(index: &ScalarType) -> u64 {
-    match index {
-        ScalarType::Char => 1 << 7,
-        ScalarType::UChar => 1 << 8,
-        ScalarType::Short => 1 << 15,
-        ScalarType::UShort => 1 << 16,
-        ScalarType::Int => 1 << 31,
-        _ => 1 << 32,
-    }
-}
-
-/// Indices as a list of a type that can hold them.
-fn list(index: &ScalarType, indices: Vec<i64>) -> Property {
-    let indices = indices.into_iter();
-    match index {
-        ScalarType::Char => Property::ListChar(indices.map(|i| i as i8).collect()),
-        ScalarType::UChar => Property::ListUChar(indices.map(|i| i as u8).collect()),
-        ScalarType::Short => Property::ListShort(indices.map(|i| i as i16).collect()),
-        ScalarType::UShort => Property::ListUShort(indices.map(|i| i as u16).collect()),
-        ScalarType::Int => Property::ListInt(indices.map(|i| i as i32).collect()),
-        _ => Property::ListUInt(indices.map(|i| i as u32).collect()),
+        let shorts = scene(
+            &list("ushort", &rgb),
+            ["0 0 0 65535 0 0", "1 0 0 0 0 0", "0 1 0 0 0 0"],
+        );
+        assert_eq!(shorts.colors.unwrap()[0], [1.0, 0.0, 0.0, 1.0]);
+        let floats = scene(
+            &list("float", &rgb),
+            ["0 0 0 1 0 0", "1 0 0 0 0 0", "0 1 0 0 0 0"],
+        );
+        assert_eq!(floats.colors.unwrap()[0], [1.0, 0.0, 0.0, 1.0]);
+        let lists = scene(
+            "property list uchar uchar red\n",
+            ["0 0 0 0", "1 0 0 0", "0 1 0 0"],
+        );
+        assert!(lists.colors.is_none() && lists.normals.is_none());
     }
 }

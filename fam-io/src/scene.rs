@@ -75,23 +75,36 @@ impl Scene {
     /// The positions, triangles and normals of a surface.
     pub fn of_surface(surface: &Surface) -> Self {
         let mut polygons = Polygons::default();
-        let narrow = |n: &[f64; 3]| n.map(|c| c as f32);
         let normals = match surface {
             Surface::Mesh(mesh) => {
                 mesh.triangles().iter().for_each(|&t| polygons.push(t));
-                let corners = mesh.triangles().iter().flatten();
                 mesh.normals()
-                    .map(|normals| corners.map(|&v| narrow(&normals[v as usize])).collect())
             }
-            Surface::PointCloud(cloud) => cloud
-                .normals()
-                .map(|normals| normals.iter().map(narrow).collect()),
+            Surface::PointCloud(cloud) => cloud.normals(),
         };
         Self::of_mesh(Mesh {
             positions: surface.positions().to_vec(),
+            normals: normals.map(|normals| corner_normals(&polygons, normals)),
             polygons,
-            normals,
             ..Mesh::default()
         })
     }
+}
+
+/// Normals given per vertex, as those of a mesh of these polygons; zero for one that is not
+/// finite.
+pub(crate) fn corner_normals(polygons: &Polygons, normals: &[[f64; 3]]) -> Vec<[f32; 3]> {
+    let known = |c: &f64| c.is_finite();
+    let narrow = |n: &[f64; 3]| {
+        if n.iter().all(known) {
+            n.map(|c| c as f32)
+        } else {
+            [0.0; 3]
+        }
+    };
+    let mut corners = polygons.iter().flatten().peekable();
+    if corners.peek().is_none() {
+        return normals.iter().map(narrow).collect();
+    }
+    corners.map(|&v| narrow(&normals[v as usize])).collect()
 }
