@@ -242,7 +242,7 @@ mod tests {
         );
         let material = &source.scene().unwrap().materials[0];
         assert_eq!(material.base_color, [1.0, 0.0, 0.0, 1.0]);
-        assert_eq!(material.texture.as_ref().unwrap().bytes, b"pixels");
+        assert_eq!(&*material.texture.as_ref().unwrap().bytes, b"pixels");
 
         let bytes = Content::Bytes(text.as_bytes().to_vec());
         let source = parse(bytes).unwrap().source;
