@@ -63,7 +63,7 @@ impl Parts {
         bytes
     }
 
-    fn push(&mut self, list: &str, value: Value) -> usize {
+    pub fn push(&mut self, list: &str, value: Value) -> usize {
         if self.json[list].is_null() {
             self.json[list] = json!([]);
         }
