@@ -8,6 +8,7 @@ use fam_core::losses::Objective;
 use fam_core::sampling::Sampling;
 use fam_core::seams::SeamRule;
 use fam_core::training::Ablation;
+use fam_io::Format;
 
 /// UVs for any mesh or point cloud, by training the Flatten Anything Model on it.
 ///
@@ -30,20 +31,51 @@ pub enum Command {
 
 /// Train on a surface and write its UVs, seams, pictures and metrics.
 ///
-/// Reads OBJ, OFF, PLY and XYZ; files without faces are point clouds. Writes a folder with the
-/// input and its UVs in the same format, seams.json and seams.obj, metrics.json,
-/// model.safetensors (for `fam map`), config.toml (for --config), uv.png and preview.png.
-/// Ctrl-C stops training early and still writes all of them.
+/// Reads GLB, glTF, OBJ, OFF, PLY, STL and XYZ, whatever the extension says; files without
+/// faces are point clouds. Writes a folder with the input and its UVs, seams.json and
+/// seams.obj, metrics.json, model.safetensors (for `fam map`), config.toml (for --config),
+/// uv.png and preview.png. Ctrl-C stops training early and still writes all of them.
 ///
-/// Exit codes: 0 done, 1 training or writing failed, 2 bad input or usage, 130 interrupted.
+/// Several inputs, a folder or a pattern are a batch: every file is tried and gets a folder of
+/// its own, and a table says what came of each. Started again, it skips what is done.
+///
+/// Exit codes: 0 done, 1 training or writing failed (or any file of a batch), 2 bad input or
+/// usage, 130 interrupted.
 #[derive(Debug, Args)]
 pub struct Unwrap {
-    /// Mesh or point cloud to flatten; the built-in sample if left out
-    pub input: Option<PathBuf>,
+    /// Meshes and point clouds to flatten, folders of them, or patterns such as 'scans/*.ply';
+    /// the built-in sample if left out
+    #[arg(value_name = "INPUT")]
+    pub inputs: Vec<PathBuf>,
 
-    /// Folder for the results [default: INPUT's stem with .fam, in the current folder]
+    /// Folder for the results; for a batch, the folder that their folders are in [default: the
+    /// current folder, and in it INPUT's stem with .fam]
     #[arg(short, long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+
+    /// Format of the mesh or cloud with UVs [default: that of the input; OBJ for STL]
+    #[arg(long, value_enum)]
+    pub format: Option<FormatName>,
+
+    /// glTF: the texture coordinate set that takes the UVs; the others are kept
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=7))]
+    pub uv_set: u32,
+
+    /// glTF: give every mesh a checker texture, so that any viewer shows the result
+    #[arg(long)]
+    pub checker: bool,
+
+    /// glTF: add the seams as lines
+    #[arg(long)]
+    pub seam_lines: bool,
+
+    /// Give every material a UV square of its own; else all share one
+    #[arg(long)]
+    pub per_material: bool,
+
+    /// Batch: also redo what is done
+    #[arg(long)]
+    pub force: bool,
 
     /// Where the configuration starts from: `fast` takes minutes on a CPU, `paper` is the
     /// paper's (hours on a CPU)
@@ -107,8 +139,14 @@ pub struct Unwrap {
 impl Default for Unwrap {
     fn default() -> Self {
         Self {
-            input: None,
+            inputs: Vec::new(),
             out: None,
+            format: None,
+            uv_set: 0,
+            checker: false,
+            seam_lines: false,
+            per_material: false,
+            force: false,
             preset: Preset::Fast,
             config: None,
             backend: BackendName::Auto,
@@ -129,8 +167,7 @@ impl Default for Unwrap {
 
 /// UVs for any points or mesh from a trained model.
 ///
-/// The input keeps its format; its points are taken in the units of the surface that the
-/// model was trained on.
+/// Points are taken in the units of the surface that the model was trained on.
 #[derive(Debug, Args)]
 pub struct Map {
     /// model.safetensors of an `unwrap`
@@ -140,9 +177,13 @@ pub struct Map {
     /// Mesh or point cloud
     pub input: PathBuf,
 
-    /// File to write: the input with UVs, in the input's format
+    /// File to write: the input with UVs, in the format of the extension
     #[arg(short, long, value_name = "OUT")]
     pub out: PathBuf,
+
+    /// Keep the faces of different materials apart, as `unwrap --per-material` does
+    #[arg(long)]
+    pub per_material: bool,
 
     /// What computes
     #[arg(long, value_enum, default_value_t = BackendName::Auto)]
@@ -187,6 +228,7 @@ macro_rules! names {
     };
 }
 
+names!(FormatName for Format { Glb, Gltf, Obj, Off, Ply, Xyz });
 names!(JacobianName for JacobianMode { DoubleBackward, ForwardTangent });
 names!(ObjectiveName for Objective { Paper, Reference });
 names!(SamplingName for Sampling { PoissonDisk, Vertices });

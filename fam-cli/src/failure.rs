@@ -23,6 +23,14 @@ impl Failure {
         Self::Work(reason.to_string())
     }
 
+    /// The failure with the input that it is about, if that is to blame.
+    pub fn of(self, input: &str) -> Self {
+        match self {
+            Self::Input(reason) => Self::Input(format!("{input}: {reason}")),
+            work => work,
+        }
+    }
+
     /// The exit code that tells a script which of the two it was.
     pub fn exit_code(&self) -> ExitCode {
         match self {

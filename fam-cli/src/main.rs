@@ -2,11 +2,15 @@
 
 mod args;
 mod backend;
+mod batch;
 mod commands;
 mod config;
 mod failure;
+mod flatten;
+mod inputs;
 mod output;
 mod progress;
+mod surface;
 
 use std::process::ExitCode;
 

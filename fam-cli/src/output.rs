@@ -2,29 +2,42 @@
 
 use std::path::{Path, PathBuf};
 
+use fam_core::atlas::Part;
 use fam_core::metrics::Metrics;
-use fam_core::seams::{SeamThreshold, Seams};
-use fam_core::surface::{Surface, UvMap};
-use fam_core::training::Step;
+use fam_core::surface::{Component, Conditioning, Surface, UvMap};
 use fam_io::atomic::write_atomically;
-use fam_io::picture::{self, Flattened, encode_png, preview_picture, uv_picture};
-use fam_io::seams::{write_seams_json, write_seams_obj};
-use fam_io::{Document, WriteOptions};
+use fam_io::picture::{self, Flattened as Drawn, encode_png, preview_picture, uv_picture};
+use fam_io::seams::{Threshold, write_seams_json, write_seams_obj};
+use fam_io::{Document, Format, Uvs, WriteOptions};
 use serde::Serialize;
 
 use crate::failure::Failure;
+use crate::flatten::Flattened;
+use crate::surface::Parting;
 
 /// Side of uv.png in pixels.
 const UV_PICTURE_SIDE: u32 = 1024;
 
+/// Name of the report, which is written last: where it is, the folder is complete.
+const REPORT: &str = "metrics.json";
+
+/// Where results go, and in which form.
+pub struct Output {
+    folder: PathBuf,
+    stem: String,
+    format: Format,
+    options: WriteOptions,
+    seam_lines: bool,
+}
+
 /// A flattened surface and how it came about.
 pub struct Layout<'a> {
-    pub uvs: &'a [[f32; 2]],
-    pub seams: &'a Seams,
-    pub threshold: SeamThreshold,
-    pub model: &'a [u8],
+    pub document: &'a Document,
+    pub parting: &'a Parting,
+    pub flattened: &'a Flattened,
     pub config_toml: &'a str,
-    pub last: &'a Step,
+    /// Of a run that came to its end.
+    pub fingerprint: Option<&'a str>,
 }
 
 /// metrics.json. It holds no times, so that the same run writes the same bytes.
@@ -33,11 +46,25 @@ pub struct Report {
     version: u32,
     points: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
-    mesh: Option<Metrics>,
+    pub mesh: Option<Metrics>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    conditioning: Option<Conditioning>,
+    uv_squares: usize,
     seam_points: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
     torn_edges: Option<usize>,
-    iterations: usize,
+    pub components: Vec<PartReport>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fingerprint: Option<String>,
+}
+
+/// How one component was flattened.
+#[derive(Debug, Serialize)]
+pub struct PartReport {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    triangles: Option<usize>,
+    points: usize,
+    pub iterations: usize,
     loss: serde_json::Map<String, serde_json::Value>,
 }
 
@@ -46,6 +73,7 @@ pub struct Report {
 pub struct Summary<'a> {
     pub input: &'a str,
     pub folder: &'a Path,
+    pub file: PathBuf,
     pub backend: &'a str,
     pub training_seconds: f64,
     pub interrupted: bool,
@@ -53,21 +81,49 @@ pub struct Summary<'a> {
     pub report: &'a Report,
 }
 
-impl Report {
-    fn new(surface: &Surface, mesh: Option<Metrics>, layout: &Layout) -> Self {
+impl PartReport {
+    fn new(part: &Part, component: Option<&Component>) -> Self {
         let mut loss = serde_json::Map::new();
-        loss.insert("total".to_string(), layout.last.total.into());
-        for (term, value) in &layout.last.terms {
-            loss.insert(term.name().to_string(), (*value).into());
+        if let Some(last) = &part.last {
+            loss.insert("total".to_string(), last.total.into());
+            for (term, value) in &last.terms {
+                loss.insert(term.name().to_string(), (*value).into());
+            }
         }
         Self {
-            version: 1,
-            points: surface.positions().len(),
-            torn_edges: mesh.is_some().then_some(layout.seams.edges.len()),
-            mesh,
-            seam_points: layout.seams.points.len(),
-            iterations: layout.last.iteration + 1,
+            triangles: component.map(|component| component.mesh.triangles().len()),
+            points: part.points,
+            iterations: part.last.as_ref().map_or(0, |last| last.iteration + 1),
             loss,
+        }
+    }
+}
+
+impl Report {
+    fn new(layout: &Layout, mesh: Option<Metrics>) -> Self {
+        let Flattened {
+            components,
+            parts,
+            seams,
+            ..
+        } = layout.flattened;
+        let component = |i: usize| components.as_ref().map(|components| &components.list[i]);
+        Self {
+            version: 2,
+            points: layout.document.surface().positions().len(),
+            torn_edges: mesh.is_some().then_some(seams.edges.len()),
+            mesh,
+            conditioning: components
+                .as_ref()
+                .map(|components| components.conditioning),
+            uv_squares: squares(layout.parting),
+            seam_points: seams.points.len(),
+            components: parts
+                .iter()
+                .enumerate()
+                .map(|(i, part)| PartReport::new(part, component(i)))
+                .collect(),
+            fingerprint: layout.fingerprint.map(str::to_string),
         }
     }
 
@@ -85,103 +141,204 @@ impl Report {
             None => format!("{} of {} points on seams", self.seam_points, self.points),
         }
     }
-}
 
-/// Makes the folder, so that a bad one is noticed before training. A folder in which the result
-/// would take the place of the input is refused.
-pub fn prepare(
-    folder: &Path,
-    stem: &str,
-    document: &Document,
-    input: Option<&Path>,
-) -> Result<(), Failure> {
-    std::fs::create_dir_all(folder)
-        .map_err(|error| Failure::input(format!("{}: {error}", folder.display())))?;
-    let same = |input: &Path| {
-        let output = mesh_path(folder, stem, document).canonicalize();
-        matches!((output, input.canonicalize()), (Ok(a), Ok(b)) if a == b)
-    };
-    match input {
-        Some(input) if same(input) => Err(Failure::input(format!(
-            "{}: it would be overwritten; choose another folder with -o",
-            input.display()
-        ))),
-        _ => Ok(()),
+    /// What was done to the input, if anything.
+    pub fn conditioned(&self) -> Option<String> {
+        let found = self.conditioning?;
+        let all = [
+            (found.welded_vertices, "coinciding vertices taken for one"),
+            (found.non_manifold_edges, "non-manifold edges split"),
+            (found.non_manifold_vertices, "non-manifold vertices split"),
+            (found.duplicate_triangles, "repeated triangles"),
+            (found.zero_area_triangles, "triangles without area"),
+            (found.unreferenced_vertices, "vertices in no face"),
+        ];
+        let some: Vec<String> = all
+            .into_iter()
+            .filter(|(count, _)| *count > 0)
+            .map(|(count, what)| format!("{count} {what}"))
+            .collect();
+        (!some.is_empty()).then(|| some.join(", "))
+    }
+
+    /// How many components were trained, and how many were flat, if there are several.
+    pub fn composition(&self) -> Option<String> {
+        let trained = self.components.iter().filter(|c| c.iterations > 0).count();
+        let flat = self.components.len() - trained;
+        (self.components.len() > 1).then(|| format!("{trained} trained, {flat} flat"))
     }
 }
 
-/// Where the input with UVs goes: its own name, unless that is the name of the seams' file.
-fn mesh_path(folder: &Path, stem: &str, document: &Document) -> PathBuf {
-    let suffix = if stem.eq_ignore_ascii_case("seams") {
-        "-uv"
-    } else {
-        ""
-    };
-    folder.join(format!("{stem}{suffix}.{}", document.format().extension()))
+impl Output {
+    /// Makes the folder, so that a bad one is noticed before training. A folder in which the
+    /// result would take the place of the input is refused, and so is a format without UVs.
+    pub fn prepare(
+        folder: PathBuf,
+        stem: &str,
+        document: &Document,
+        input: Option<&Path>,
+        format: Option<Format>,
+        options: WriteOptions,
+        seam_lines: bool,
+    ) -> Result<Self, Failure> {
+        let format = format.unwrap_or(match document.format() {
+            Format::Stl => Format::Obj,
+            own => own,
+        });
+        if format == Format::Xyz && matches!(document.surface(), Surface::Mesh(_)) {
+            return Err(Failure::input(
+                "XYZ has no place for a mesh; choose another --format",
+            ));
+        }
+        std::fs::create_dir_all(&folder)
+            .map_err(|error| Failure::input(format!("{}: {error}", folder.display())))?;
+        let output = Self {
+            folder,
+            stem: stem.to_string(),
+            format,
+            options,
+            seam_lines,
+        };
+        let is_output = |input: &Path| {
+            let written = output.file().canonicalize();
+            matches!((written, input.canonicalize()), (Ok(a), Ok(b)) if a == b)
+        };
+        match input {
+            Some(input) if is_output(input) => Err(Failure::input(format!(
+                "{}: it would be overwritten; choose another folder with -o",
+                input.display()
+            ))),
+            _ => Ok(output),
+        }
+    }
+
+    /// Where the input with UVs goes: its own name, unless that is the name of the seams' file.
+    pub fn file(&self) -> PathBuf {
+        let suffix = if self.stem.eq_ignore_ascii_case("seams") {
+            "-uv"
+        } else {
+            ""
+        };
+        let extension = self.format.extension();
+        self.folder
+            .join(format!("{}{suffix}.{extension}", self.stem))
+    }
+
+    /// Whether the folder holds the complete results of a run with this fingerprint.
+    pub fn is_done(folder: &Path, fingerprint: &str) -> bool {
+        let report = std::fs::read(folder.join(REPORT)).unwrap_or_default();
+        let report: serde_json::Value = serde_json::from_slice(&report).unwrap_or_default();
+        report["fingerprint"] == fingerprint
+    }
+
+    /// Writes every file of the folder, each whole or not at all, and the report last.
+    pub fn write(&self, layout: &Layout) -> Result<Report, Failure> {
+        let _ = std::fs::remove_file(self.folder.join(REPORT));
+        let Flattened {
+            seams, thresholds, ..
+        } = layout.flattened;
+        let surface = layout.document.surface();
+        let options = WriteOptions {
+            seam_lines: if self.seam_lines {
+                seams.edges.clone()
+            } else {
+                Vec::new()
+            },
+            ..self.options.clone()
+        };
+        let drawn_seams = picture::Seams {
+            points: &seams.points,
+            edges: &seams.edges,
+        };
+        let (metrics, uv_png, preview_png) = match (surface, &layout.flattened.uvs) {
+            (Surface::Mesh(mesh), Uvs::Mesh(map)) => {
+                let file = self.file();
+                layout
+                    .document
+                    .write_mesh_uvs(map, file, &options)
+                    .map_err(Failure::work)?;
+                let row = in_a_row(map, layout)?;
+                let drawn = Drawn::Mesh(mesh, &row);
+                (
+                    Some(Metrics::measure(mesh, &row).map_err(Failure::work)?),
+                    uv_picture(drawn, UV_PICTURE_SIDE),
+                    preview_picture(drawn, drawn_seams),
+                )
+            }
+            (Surface::PointCloud(cloud), Uvs::Points(uvs)) => {
+                layout
+                    .document
+                    .write_point_uvs(uvs, self.file(), &options)
+                    .map_err(Failure::work)?;
+                let drawn = Drawn::Cloud(cloud, uvs);
+                (
+                    None,
+                    uv_picture(drawn, UV_PICTURE_SIDE),
+                    preview_picture(drawn, drawn_seams),
+                )
+            }
+            _ => return Err(Failure::work("the UVs are of another kind of surface")),
+        };
+        let report = Report::new(layout, metrics);
+
+        let thresholds: Vec<Option<Threshold>> = thresholds
+            .iter()
+            .map(|threshold| {
+                threshold.map(|threshold| Threshold {
+                    distance: threshold.distance,
+                    spacing: threshold.spacing,
+                })
+            })
+            .collect();
+        let seams = fam_io::seams::Seams {
+            positions: surface.positions(),
+            points: &seams.points,
+            edges: &seams.edges,
+            thresholds: &thresholds,
+        };
+        write_seams_json(self.folder.join("seams.json"), &seams).map_err(Failure::work)?;
+        write_seams_obj(self.folder.join("seams.obj"), &seams).map_err(Failure::work)?;
+        self.save("model.safetensors", &layout.flattened.model)?;
+        self.save("config.toml", layout.config_toml.as_bytes())?;
+        self.save("uv.png", &encode_png(&uv_png).map_err(Failure::work)?)?;
+        self.save(
+            "preview.png",
+            &encode_png(&preview_png).map_err(Failure::work)?,
+        )?;
+        let mut json = serde_json::to_vec_pretty(&report).map_err(Failure::work)?;
+        json.push(b'\n');
+        self.save(REPORT, &json)?;
+        Ok(report)
+    }
+
+    fn save(&self, name: &str, bytes: &[u8]) -> Result<(), Failure> {
+        write_atomically(self.folder.join(name), |out| out.write_all(bytes)).map_err(Failure::work)
+    }
 }
 
-/// Writes every file of the folder, each whole or not at all.
-pub fn write(
-    folder: &Path,
-    stem: &str,
-    document: &Document,
-    layout: &Layout,
-) -> Result<Report, Failure> {
-    let surface = document.surface();
-    let mesh_path = mesh_path(folder, stem, document);
-    let seams = picture::Seams {
-        points: &layout.seams.points,
-        edges: &layout.seams.edges,
-    };
-    let (metrics, uv_png, preview_png) = match surface {
-        Surface::Mesh(mesh) => {
-            let map = UvMap::new(layout.uvs.to_vec(), mesh.triangles().to_vec())
-                .map_err(Failure::work)?;
-            document
-                .write_mesh_uvs(&map, mesh_path, &WriteOptions::default())
-                .map_err(Failure::work)?;
-            let flattened = Flattened::Mesh(mesh, &map);
-            (
-                Some(Metrics::measure(mesh, &map).map_err(Failure::work)?),
-                uv_picture(flattened, UV_PICTURE_SIDE),
-                preview_picture(flattened, seams),
-            )
-        }
-        Surface::PointCloud(cloud) => {
-            document
-                .write_point_uvs(layout.uvs, mesh_path, &WriteOptions::default())
-                .map_err(Failure::work)?;
-            let flattened = Flattened::Cloud(cloud, layout.uvs);
-            (
-                None,
-                uv_picture(flattened, UV_PICTURE_SIDE),
-                preview_picture(flattened, seams),
-            )
-        }
-    };
-    let report = Report::new(surface, metrics, layout);
+fn squares(parting: &Parting) -> usize {
+    parting
+        .squares
+        .iter()
+        .max()
+        .map_or(1, |&last| last as usize + 1)
+}
 
-    let seams = fam_io::seams::Seams {
-        positions: surface.positions(),
-        points: &layout.seams.points,
-        edges: &layout.seams.edges,
-        threshold: layout.threshold.distance,
-        spacing: layout.threshold.spacing,
-    };
-    write_seams_json(folder.join("seams.json"), &seams).map_err(Failure::work)?;
-    write_seams_obj(folder.join("seams.obj"), &seams).map_err(Failure::work)?;
-    let save = |name: &str, bytes: &[u8]| {
-        write_atomically(folder.join(name), |out| out.write_all(bytes)).map_err(Failure::work)
-    };
-    save("model.safetensors", layout.model)?;
-    save("config.toml", layout.config_toml.as_bytes())?;
-    let mut json = serde_json::to_vec_pretty(&report).map_err(Failure::work)?;
-    json.push(b'\n');
-    save("metrics.json", &json)?;
-    save("uv.png", &encode_png(&uv_png).map_err(Failure::work)?)?;
-    save(
-        "preview.png",
-        &encode_png(&preview_png).map_err(Failure::work)?,
-    )?;
-    Ok(report)
+/// The map with its UV squares side by side, so that triangles of different squares do not count
+/// as overlapping.
+fn in_a_row(map: &UvMap, layout: &Layout) -> Result<UvMap, Failure> {
+    if squares(layout.parting) == 1 {
+        return Ok(map.clone());
+    }
+    let mut uvs = map.uvs().to_vec();
+    let mut moved = vec![false; uvs.len()];
+    for (triangle, &label) in map.triangles().iter().zip(&layout.parting.labels) {
+        for &corner in triangle {
+            let corner = corner as usize;
+            if !std::mem::replace(&mut moved[corner], true) {
+                uvs[corner][0] += layout.parting.squares[label as usize] as f32;
+            }
+        }
+    }
+    UvMap::new(uvs, map.triangles().to_vec()).map_err(Failure::work)
 }

@@ -3,68 +3,76 @@
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
+use fam_core::atlas;
 use fam_core::losses::LossTerm;
-use fam_core::training::Step;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Plain lines printed over one training, when the output is no terminal.
 const PLAIN_LINES: usize = 20;
 
 /// Shows training steps on standard error: a bar on a terminal, else a line now and then.
-pub enum Progress {
-    Silent,
-    Bar(ProgressBar, Pace),
-    Lines { total: usize, pace: Pace },
+pub struct Progress {
+    display: Display,
+    iterations: usize,
+    started: Instant,
+    /// Points that the steps so far have seen, over all components.
+    seen: usize,
 }
 
-/// Iterations over time.
-pub struct Pace {
-    started: Instant,
-    points: usize,
+enum Display {
+    Silent,
+    Bar(ProgressBar),
+    Lines,
 }
 
 impl Progress {
-    /// Progress of `total` iterations of `points` points each.
-    pub fn new(quiet: bool, total: usize, points: usize) -> Self {
-        let pace = Pace {
-            started: Instant::now(),
-            points,
-        };
-        if quiet {
-            Self::Silent
+    /// Progress of components of `iterations` steps each.
+    pub fn new(quiet: bool, iterations: usize) -> Self {
+        let display = if quiet {
+            Display::Silent
         } else if std::io::stderr().is_terminal() {
-            let bar = ProgressBar::with_draw_target(
-                Some(total as u64),
-                ProgressDrawTarget::stderr_with_hz(10),
-            );
+            let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));
             let template = "{bar:24} {pos}/{len}  {msg}  {eta} left";
             bar.set_style(
                 ProgressStyle::with_template(template)
                     .unwrap_or_else(|_| ProgressStyle::default_bar()),
             );
-            Self::Bar(bar, pace)
+            Display::Bar(bar)
         } else {
-            Self::Lines { total, pace }
+            Display::Lines
+        };
+        Self {
+            display,
+            iterations,
+            started: Instant::now(),
+            seen: 0,
         }
     }
 
     /// After each step.
-    pub fn step(&self, step: &Step) {
-        let done = step.iteration + 1;
-        match self {
-            Self::Silent => {}
-            Self::Bar(bar, pace) => {
+    pub fn step(&mut self, now: &atlas::Progress) {
+        self.seen += now.points;
+        let total = now.components * self.iterations;
+        let done = now.component * self.iterations + now.step.iteration + 1;
+        match &self.display {
+            Display::Silent => {}
+            Display::Bar(bar) => {
+                bar.set_length(total as u64);
                 bar.set_position(done as u64);
-                bar.set_message(format!("{}  {}", terms(step), pace.rate(done)));
+                bar.set_message(format!("{}  {}", terms(now), self.rate()));
             }
-            Self::Lines { total, pace } => {
+            Display::Lines => {
                 let every = total.div_ceil(PLAIN_LINES);
-                if done == 1 || done.is_multiple_of(every) || done == *total {
+                if done == 1 || done.is_multiple_of(every) || done == total {
+                    let left = self
+                        .started
+                        .elapsed()
+                        .mul_f64((total - done) as f64 / done as f64);
                     eprintln!(
                         "{done}/{total}  {}  {}  {} left",
-                        terms(step),
-                        pace.rate(done),
-                        short(pace.left(done, *total))
+                        terms(now),
+                        self.rate(),
+                        short(left)
                     );
                 }
             }
@@ -73,26 +81,18 @@ impl Progress {
 
     /// After the last step.
     pub fn finish(self) {
-        if let Self::Bar(bar, _) = self {
+        if let Display::Bar(bar) = self.display {
             bar.abandon();
         }
     }
-}
 
-impl Pace {
-    fn rate(&self, done: usize) -> String {
-        let rate = (done * self.points) as f64 / self.started.elapsed().as_secs_f64().max(1e-9);
+    fn rate(&self) -> String {
+        let rate = self.seen as f64 / self.started.elapsed().as_secs_f64().max(1e-9);
         if rate < 1e4 {
             format!("{rate:.0} points/s")
         } else {
             format!("{:.0}k points/s", rate / 1e3)
         }
-    }
-
-    fn left(&self, done: usize, total: usize) -> Duration {
-        self.started
-            .elapsed()
-            .mul_f64((total - done) as f64 / done as f64)
     }
 }
 
@@ -105,8 +105,9 @@ pub fn short(duration: Duration) -> String {
     }
 }
 
-/// The loss terms in the paper's four groups.
-fn terms(step: &Step) -> String {
+/// The component, if there are several, and the loss terms in the paper's four groups.
+fn terms(now: &atlas::Progress) -> String {
+    let step = now.step;
     let group = |accepted: &dyn Fn(LossTerm) -> bool| {
         let values: Vec<f32> = step
             .terms
@@ -141,7 +142,11 @@ fn terms(step: &Step) -> String {
             group(&|term| matches!(term, LossTerm::ConformalityF | LossTerm::ConformalityG)),
         ),
     ];
-    let mut line = format!("loss {:.4}", step.total);
+    let mut line = String::new();
+    if now.components > 1 {
+        line = format!("component {}/{}  ", now.component + 1, now.components);
+    }
+    line.push_str(&format!("loss {:.4}", step.total));
     for (name, value) in groups {
         if let Some(value) = value {
             line.push_str(&format!("  {name} {value:.4}"));

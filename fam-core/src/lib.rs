@@ -13,6 +13,7 @@
 //! - [`networks`], [`cycles`], [`jacobian`], [`losses`], [`neighbors`]: the method, equation by
 //!   equation;
 //! - [`training`]: configuration and the loop;
+//! - [`atlas`]: surfaces of several components, one map each, in one UV square;
 //! - [`map`]: the trained map, UVs for any points, saved and loaded;
 //! - [`seams`] and [`metrics`]: where the map cuts, and how good it is.
 //!
@@ -36,6 +37,7 @@
 //! # }
 //! ```
 
+pub mod atlas;
 pub mod cycles;
 pub mod jacobian;
 pub mod losses;

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use burn::tensor::{Tensor, TensorData, backend::Backend};
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::cycles::lattice;
@@ -11,7 +12,7 @@ use crate::neighbors::{nearest, rows};
 use crate::networks::FlattenAnything;
 use crate::surface::{Normalization, Surface, TriangleMesh};
 use crate::training::{Ablation, TrainingConfig};
-use crate::weights::{self, Naming, WeightsError};
+use crate::weights::{self, NamedTensor, Naming, WeightsError};
 
 /// Points evaluated at once: bounds memory to some tens of MB at the paper's widths.
 const BATCH: usize = 16_384;
@@ -46,8 +47,9 @@ pub struct UvFrame {
     pub side: f32,
 }
 
-#[derive(Serialize, Deserialize)]
-struct Metadata {
+/// What a trained map is beside its weights.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct Metadata {
     version: u32,
     config: TrainingConfig,
     points: usize,
@@ -64,6 +66,37 @@ pub enum ModelFileError {
     /// The metadata is missing or broken.
     #[error("it is no model of Flatten Anything: {0}")]
     Metadata(String),
+}
+
+/// The bytes of a model file: named tensors of 32-bit floats, and metadata as JSON.
+pub(crate) fn model_file(
+    tensors: &[NamedTensor],
+    metadata: &impl Serialize,
+) -> Result<Vec<u8>, ModelFileError> {
+    let metadata = serde_json::to_string(metadata)
+        .map_err(|error| ModelFileError::Metadata(error.to_string()))?;
+    let views = tensors
+        .iter()
+        .map(|(name, shape, bytes)| {
+            let view = TensorView::new(Dtype::F32, shape.clone(), bytes)?;
+            Ok((name.as_str(), view))
+        })
+        .collect::<Result<Vec<_>, WeightsError>>()?;
+    let metadata = HashMap::from([(METADATA_KEY.to_string(), metadata)]);
+    let bytes = safetensors::serialize(views, Some(metadata)).map_err(WeightsError::from)?;
+    Ok(bytes)
+}
+
+/// The metadata of a model file.
+pub(crate) fn read_metadata<M: DeserializeOwned>(bytes: &[u8]) -> Result<M, ModelFileError> {
+    let (_, header) = SafeTensors::read_metadata(bytes).map_err(WeightsError::from)?;
+    let missing = || ModelFileError::Metadata("its metadata is missing".to_string());
+    let text = header
+        .metadata()
+        .as_ref()
+        .and_then(|metadata| metadata.get(METADATA_KEY))
+        .ok_or_else(missing)?;
+    serde_json::from_str(text).map_err(|error| ModelFileError::Metadata(error.to_string()))
 }
 
 impl UvFrame {
@@ -228,26 +261,18 @@ impl<B: Backend> TrainedMap<B> {
     /// # Errors
     /// The container refuses a tensor.
     pub fn to_safetensors(&self) -> Result<Vec<u8>, ModelFileError> {
-        let metadata = Metadata {
+        model_file(&weights::tensors(&self.model, ""), &self.metadata())
+    }
+
+    /// All but the weights.
+    pub(crate) fn metadata(&self) -> Metadata {
+        Metadata {
             version: FORMAT_VERSION,
             config: self.config.clone(),
             points: self.points,
             normalization: self.normalization,
             frame: self.frame,
-        };
-        let metadata = serde_json::to_string(&metadata)
-            .map_err(|error| ModelFileError::Metadata(error.to_string()))?;
-        let tensors = weights::tensors(&self.model);
-        let views = tensors
-            .iter()
-            .map(|(name, shape, bytes)| {
-                let view = TensorView::new(Dtype::F32, shape.clone(), bytes)?;
-                Ok((name.as_str(), view))
-            })
-            .collect::<Result<Vec<_>, WeightsError>>()?;
-        let metadata = HashMap::from([(METADATA_KEY.to_string(), metadata)]);
-        let bytes = safetensors::serialize(views, Some(metadata)).map_err(WeightsError::from)?;
-        Ok(bytes)
+        }
     }
 
     /// The map that [`to_safetensors`](Self::to_safetensors) wrote.
@@ -255,15 +280,18 @@ impl<B: Backend> TrainedMap<B> {
     /// # Errors
     /// The bytes are no such file, or a newer version wrote them.
     pub fn from_safetensors(bytes: &[u8], device: &B::Device) -> Result<Self, ModelFileError> {
-        let (_, header) = SafeTensors::read_metadata(bytes).map_err(WeightsError::from)?;
-        let missing = || ModelFileError::Metadata("its metadata is missing".to_string());
-        let text = header
-            .metadata()
-            .as_ref()
-            .and_then(|metadata| metadata.get(METADATA_KEY))
-            .ok_or_else(missing)?;
-        let metadata: Metadata = serde_json::from_str(text)
-            .map_err(|error| ModelFileError::Metadata(error.to_string()))?;
+        let metadata = read_metadata(bytes)?;
+        let file = SafeTensors::deserialize(bytes).map_err(WeightsError::from)?;
+        Self::from_file(&file, "", metadata, device)
+    }
+
+    /// The map of the weights whose names start with `prefix`.
+    pub(crate) fn from_file(
+        file: &SafeTensors<'_>,
+        prefix: &str,
+        metadata: Metadata,
+        device: &B::Device,
+    ) -> Result<Self, ModelFileError> {
         if metadata.version != FORMAT_VERSION {
             return Err(ModelFileError::Metadata(format!(
                 "version {} of its format is not supported",
@@ -287,10 +315,9 @@ impl<B: Backend> TrainedMap<B> {
                 "its normalisation or frame is not a finite scale".to_string(),
             ));
         }
-        let file = SafeTensors::deserialize(bytes).map_err(WeightsError::from)?;
         let networks = &metadata.config.networks;
         let mut map = Self::new(
-            weights::read(&file, networks, Naming::Own, device)?,
+            weights::read(file, networks, Naming::Own { prefix }, device)?,
             metadata.config,
             metadata.points,
             metadata.normalization,

@@ -40,10 +40,16 @@ pub enum WeightsError {
 
 /// How a file names its tensors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Naming {
-    Own,
+pub(crate) enum Naming<'a> {
+    Own {
+        /// In front of every name.
+        prefix: &'a str,
+    },
     Reference,
 }
+
+/// The name, the shape and the bytes of a tensor of 32-bit floats.
+pub(crate) type NamedTensor = (String, Vec<usize>, Vec<u8>);
 
 impl<B: Backend> FlattenAnything<B> {
     /// The model from weights that the authors' program trained, saved as safetensors under
@@ -90,10 +96,10 @@ impl<B: Backend> FlattenAnything<B> {
     }
 }
 
-impl Naming {
+impl Naming<'_> {
     fn tensor(self, stack: &str, layer: usize, parameter: &str) -> String {
         match self {
-            Naming::Own => format!("{stack}.{layer}.{parameter}"),
+            Naming::Own { prefix } => format!("{prefix}{stack}.{layer}.{parameter}"),
             Naming::Reference => {
                 let (network, mlp) = stack.split_once('.').expect("stacks have two parts");
                 let network = match network {
@@ -112,7 +118,7 @@ impl Naming {
 pub(crate) fn read<B: Backend>(
     file: &SafeTensors<'_>,
     config: &FlattenAnythingConfig,
-    naming: Naming,
+    naming: Naming<'_>,
     device: &B::Device,
 ) -> Result<FlattenAnything<B>, WeightsError> {
     let mut model = config.init::<B>(device, 0);
@@ -137,10 +143,9 @@ pub(crate) fn read<B: Backend>(
     Ok(model)
 }
 
-/// Names, shapes and values of all weights, for a safetensors file.
-pub(crate) fn tensors<B: Backend>(
-    model: &FlattenAnything<B>,
-) -> Vec<(String, Vec<usize>, Vec<u8>)> {
+/// All weights, for a safetensors file, with `prefix` in front of their names.
+pub(crate) fn tensors<B: Backend>(model: &FlattenAnything<B>, prefix: &str) -> Vec<NamedTensor> {
+    let naming = Naming::Own { prefix };
     let bytes = |data: TensorData| -> Vec<u8> {
         let data = data.convert::<f32>();
         data.iter::<f32>().flat_map(f32::to_le_bytes).collect()
@@ -150,10 +155,10 @@ pub(crate) fn tensors<B: Backend>(
         for (i, layer) in mlp.layers.iter().enumerate() {
             let [inputs, outputs] = layer.weight.dims();
             let weight = layer.weight.val().transpose().into_data();
-            let name = Naming::Own.tensor(stack, i, "weight");
+            let name = naming.tensor(stack, i, "weight");
             tensors.push((name, vec![outputs, inputs], bytes(weight)));
             if let Some(bias) = &layer.bias {
-                let name = Naming::Own.tensor(stack, i, "bias");
+                let name = naming.tensor(stack, i, "bias");
                 tensors.push((name, vec![outputs], bytes(bias.val().into_data())));
             }
         }
@@ -161,14 +166,18 @@ pub(crate) fn tensors<B: Backend>(
     tensors
 }
 
-fn find<'a>(file: &SafeTensors<'a>, name: &str) -> Result<TensorView<'a>, WeightsError> {
+pub(crate) fn find<'a>(file: &SafeTensors<'a>, name: &str) -> Result<TensorView<'a>, WeightsError> {
     file.tensor(name)
         .or_else(|_| file.tensor(&format!("param.{name}")))
         .map_err(|_| WeightsError::Missing(name.to_string()))
 }
 
 /// The values of a tensor; a trailing dimension of 1 (a convolution of width 1) is ignored.
-fn floats(view: &TensorView<'_>, name: &str, expected: &[usize]) -> Result<Vec<f32>, WeightsError> {
+pub(crate) fn floats(
+    view: &TensorView<'_>,
+    name: &str,
+    expected: &[usize],
+) -> Result<Vec<f32>, WeightsError> {
     let shape = view.shape();
     let squeezed = match shape {
         [out, input, 1] => &[*out, *input][..],

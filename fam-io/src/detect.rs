@@ -45,7 +45,10 @@ enum Content {
 }
 
 /// The format of a file.
-pub(crate) fn format_of(path: &Path) -> Result<Format, ReadFault> {
+///
+/// # Errors
+/// The file cannot be opened, or its format is not one that is read.
+pub fn format_of(path: &Path) -> Result<Format, ReadFault> {
     let file = File::open(path)?;
     let length = file.metadata()?.len();
     let mut start = Vec::new();

@@ -72,5 +72,6 @@ pub mod stl;
 mod text;
 pub mod xyz;
 
+pub use detect::format_of;
 pub use document::{Document, Format, Labels, Uvs, WriteOptions, read_surface};
 pub use error::{ReadError, ReadFault, WriteError, WriteFault};

@@ -1,23 +1,16 @@
 //! The seams of a flattened surface: where it was cut, for other programs.
 //!
-//! JSON ([`write_seams_json`]):
+//! JSON ([`write_seams_json`]), described in docs/seams.md:
 //!
 //! ```json
 //! {
-//!   "version": 1,
-//!   "threshold": 0.02,
-//!   "spacing": 0.15,
+//!   "version": 2,
+//!   "thresholds": [{"distance": 0.02, "spacing": 0.15}],
 //!   "points": [{"index": 4, "position": [0.1, 0.2, 0.3]}],
 //!   "edges": [[4, 7], [7, 9]],
 //!   "polylines": [[4, 7, 9]]
 //! }
 //! ```
-//!
-//! `points` are the seam points by their zero-based vertex, `edges` the torn edges of a mesh
-//! (empty for a point cloud), `threshold` the UV distance from which on neighbours count as torn
-//! apart: as it stands where `spacing` is null, else for neighbours at the 3D distance `spacing`
-//! (in the units of the positions) and in proportion for others. `polylines` chain the edges: each runs between two vertices that do not
-//! have exactly two torn edges, or is a loop that ends in the vertex it starts with.
 //!
 //! OBJ ([`write_seams_obj`]): the polylines as `l` elements; where there are no torn edges,
 //! the seam points as `p` elements. Only vertices that occur in them are written.
@@ -39,18 +32,24 @@ pub struct Seams<'a> {
     pub points: &'a [u32],
     /// The torn edges of a mesh, as pairs of indices of positions; empty for a cloud.
     pub edges: &'a [[u32; 2]],
-    /// The UV distance from which on neighbours count as torn apart.
-    pub threshold: f64,
-    /// The 3D distance of neighbours, in the units of the positions, that `threshold` is meant
-    /// for and scales with; without it `threshold` holds for all.
+    /// For every component what counts as torn; none where it was not looked for.
+    pub thresholds: &'a [Option<Threshold>],
+}
+
+/// From which UV distance on neighbours count as torn apart.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Threshold {
+    /// The UV distance.
+    pub distance: f64,
+    /// The 3D distance of neighbours, in the units of the positions, that `distance` is meant
+    /// for and scales with; without it `distance` holds for all.
     pub spacing: Option<f64>,
 }
 
 #[derive(Serialize)]
 struct Json<'a> {
     version: u32,
-    threshold: f64,
-    spacing: Option<f64>,
+    thresholds: &'a [Option<Threshold>],
     points: Vec<JsonPoint>,
     edges: &'a [[u32; 2]],
     polylines: Vec<Vec<u32>>,
@@ -74,9 +73,8 @@ pub fn write_seams_json(path: impl AsRef<Path>, seams: &Seams) -> Result<(), Wri
         position: seams.positions[index as usize],
     };
     let json = Json {
-        version: 1,
-        threshold: seams.threshold,
-        spacing: seams.spacing,
+        version: 2,
+        thresholds: seams.thresholds,
         points: seams.points.iter().map(point).collect(),
         edges: seams.edges,
         polylines: polylines(seams.edges),
@@ -196,13 +194,18 @@ mod tests {
             positions: &POSITIONS,
             points: &[1, 2, 3],
             edges: &[[1, 2], [3, 2]],
-            threshold: 0.25,
-            spacing: Some(0.5),
+            thresholds: &[
+                None,
+                Some(Threshold {
+                    distance: 0.25,
+                    spacing: Some(0.5),
+                }),
+            ],
         };
         write_seams_json(&json, &mesh).unwrap();
         assert_eq!(
             fs::read_to_string(&json).unwrap(),
-            "{\"version\":1,\"threshold\":0.25,\"spacing\":0.5,\"points\":[\
+            "{\"version\":2,\"thresholds\":[null,{\"distance\":0.25,\"spacing\":0.5}],\"points\":[\
              {\"index\":1,\"position\":[1.0,0.0,0.5]},\
              {\"index\":2,\"position\":[0.001,2.0,0.0]},\
              {\"index\":3,\"position\":[9.0,9.0,9.0]}],\
@@ -223,8 +226,7 @@ mod tests {
             positions: &POSITIONS,
             points: &[],
             edges: &[[0, 4]],
-            threshold: 1.0,
-            spacing: None,
+            thresholds: &[],
         };
         for error in [
             write_seams_json("s.json", &seams).unwrap_err(),

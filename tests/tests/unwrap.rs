@@ -67,9 +67,9 @@ fn without_an_input_the_sample_is_flattened_and_every_file_is_written() {
     let summary: Value = serde_json::from_str(&run.stdout).unwrap();
     assert_eq!(summary["mesh"], metrics["mesh"]);
     assert_eq!(summary["backend"], "ndarray");
-    assert_eq!(metrics["iterations"], 3);
+    assert_eq!(metrics["components"][0]["iterations"], 3);
     assert!(metrics["mesh"]["conformality"].as_f64().unwrap() > 0.0);
-    assert!(metrics["loss"]["wrap"].as_f64().unwrap() > 0.0);
+    assert!(metrics["components"][0]["loss"]["wrap"].as_f64().unwrap() > 0.0);
 
     let measured = succeeds(
         folder.path(),
@@ -404,9 +404,8 @@ fn an_interrupt_still_writes_what_was_trained() {
     let rest: Vec<String> = lines.map_while(Result::ok).collect();
     assert_eq!(child.wait().unwrap().code(), Some(130), "{rest:?}");
     let out = folder.path().join("sample.fam");
-    let iterations = json(&out.join("metrics.json"))["iterations"]
-        .as_u64()
-        .unwrap();
+    let metrics = json(&out.join("metrics.json"));
+    let iterations = metrics["components"][0]["iterations"].as_u64().unwrap();
     assert!((1..100_000).contains(&iterations));
     assert!(
         fam_io::read_surface(out.join("sample.obj"))

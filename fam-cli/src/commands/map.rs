@@ -1,13 +1,14 @@
 use std::process::ExitCode;
 
 use burn::tensor::backend::AutodiffBackend;
-use fam_core::map::{ModelFileError, TrainedMap};
-use fam_core::surface::{Surface, UvMap};
-use fam_io::WriteOptions;
+use fam_core::atlas::Atlas;
+use fam_core::surface::Surface;
+use fam_io::{Uvs, WriteOptions};
 
 use crate::args;
 use crate::backend::{Backend, Job};
 use crate::failure::Failure;
+use crate::surface::Parting;
 
 /// UVs of a file's points from a trained model.
 pub fn map(arguments: &args::Map) -> Result<ExitCode, Failure> {
@@ -15,21 +16,18 @@ pub fn map(arguments: &args::Map) -> Result<ExitCode, Failure> {
     let model = std::fs::read(&arguments.model).map_err(|error| fail(error.to_string()))?;
     let document = fam_io::read_surface(&arguments.input).map_err(Failure::input)?;
     let backend = Backend::choose(arguments.backend)?;
-    let surface = document.surface();
+    let parting = Parting::of(document.labels(), arguments.per_material);
     let uvs = backend
         .run(Evaluate {
             model: &model,
-            points: surface.positions(),
+            surface: document.surface(),
+            parting: &parting,
         })
-        .map_err(|error| fail(error.to_string()))?;
-    match surface {
-        Surface::Mesh(mesh) => {
-            let uvs = UvMap::new(uvs, mesh.triangles().to_vec()).map_err(Failure::work)?;
-            document.write_mesh_uvs(&uvs, &arguments.out, &WriteOptions::default())
-        }
-        Surface::PointCloud(_) => {
-            document.write_point_uvs(&uvs, &arguments.out, &WriteOptions::default())
-        }
+        .map_err(fail)?;
+    let options = WriteOptions::default();
+    match &uvs {
+        Uvs::Mesh(uvs) => document.write_mesh_uvs(uvs, &arguments.out, &options),
+        Uvs::Points(uvs) => document.write_point_uvs(uvs, &arguments.out, &options),
     }
     .map_err(Failure::work)?;
     Ok(ExitCode::SUCCESS)
@@ -37,14 +35,22 @@ pub fn map(arguments: &args::Map) -> Result<ExitCode, Failure> {
 
 struct Evaluate<'a> {
     model: &'a [u8],
-    points: &'a [[f64; 3]],
+    surface: &'a Surface,
+    parting: &'a Parting,
 }
 
 impl Job for Evaluate<'_> {
-    type Output = Result<Vec<[f32; 2]>, ModelFileError>;
+    type Output = Result<Uvs, String>;
 
     fn run<B: AutodiffBackend>(self, device: &B::Device) -> Self::Output {
-        let map = TrainedMap::<B::InnerBackend>::from_safetensors(self.model, device)?;
-        Ok(map.uvs(self.points))
+        let atlas = Atlas::<B::InnerBackend>::from_safetensors(self.model, device)
+            .map_err(|error| error.to_string())?;
+        Ok(match self.surface {
+            Surface::Mesh(mesh) => {
+                let uvs = atlas.uv_map(mesh, &self.parting.labels);
+                Uvs::Mesh(uvs.map_err(|error| error.to_string())?)
+            }
+            Surface::PointCloud(cloud) => Uvs::Points(atlas.uvs(cloud.points())),
+        })
     }
 }

@@ -1,117 +1,291 @@
-use std::path::PathBuf;
+use std::hash::Hasher;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use burn::tensor::backend::AutodiffBackend;
-use fam_core::seams::{SeamRule, SeamThreshold, Seams};
 use fam_core::surface::{Surface, shapes};
-use fam_core::training::{Step, Trainer, TrainingConfig, TrainingError};
-use fam_io::Document;
+use fam_core::training::{TrainingConfig, TrainingError};
+use fam_io::{Document, Format, WriteOptions};
 
 use crate::args;
-use crate::backend::{Backend, Job};
+use crate::backend::Backend;
+use crate::batch::{Row, Table};
 use crate::config;
 use crate::failure::Failure;
-use crate::output::{self, Layout};
-use crate::progress::{Progress, short};
+use crate::flatten::Flatten;
+use crate::inputs::Inputs;
+use crate::output::{Layout, Output, Report, Summary};
+use crate::progress::short;
+use crate::surface::Parting;
 
 /// Exit code after Ctrl-C: 128 and the number of the signal, as shells count.
 const INTERRUPTED: u8 = 130;
 
-/// Trains on a surface and writes its UVs and all that goes with them.
+/// Trains on surfaces and writes their UVs and all that goes with them.
 pub fn unwrap(arguments: args::Unwrap) -> Result<ExitCode, Failure> {
-    let config = config::resolve(&arguments)?;
-    let config_toml = config::to_toml(&config)?;
-    let (document, stem) = match &arguments.input {
-        Some(path) => {
-            let document = fam_io::read_surface(path).map_err(Failure::input)?;
-            let stem = path.file_stem().unwrap_or(path.as_os_str());
-            (document, stem.to_string_lossy().into_owned())
+    let inputs = Inputs::collect(&arguments.inputs, arguments.out.as_deref())?;
+    let run = Run::new(arguments)?;
+    match inputs {
+        Inputs::Sample => {
+            // Closed and of genus 1, so that seams have to be found.
+            let document = Document::of_surface(Surface::Mesh(shapes::torus(1.0, 0.4, 96, 48)));
+            run.single(&document, "the built-in sample", "sample", None)
         }
-        None => (sample(), "sample".to_string()),
-    };
-    let input = match &arguments.input {
-        Some(path) => path.display().to_string(),
-        None => "the built-in sample".to_string(),
-    };
-    let backend = Backend::choose(arguments.backend)?;
-    let folder = arguments
-        .out
-        .clone()
-        .unwrap_or_else(|| PathBuf::from(format!("{stem}.fam")));
-    output::prepare(&folder, &stem, &document, arguments.input.as_deref())?;
-    if !arguments.quiet {
-        eprintln!("{input}: {}; on {backend}", describe(document.surface()));
-    }
-
-    let started = Instant::now();
-    let trained = backend
-        .run(Train {
-            config,
-            surface: document.surface(),
-            seam_rule: arguments.seam_rule.into(),
-            quiet: arguments.quiet,
-            stop: stop_on_interrupt()?,
-        })
-        .map_err(|failure| {
-            // Only goes if it is empty, as it is when it was made for this run.
-            let _ = std::fs::remove_dir(&folder);
-            match failure {
-                Failure::Input(reason) => Failure::Input(format!("{input}: {reason}")),
-                work => work,
-            }
-        })?;
-    let seconds = started.elapsed().as_secs_f64();
-
-    let written = output::write(
-        &folder,
-        &stem,
-        &document,
-        &Layout {
-            uvs: &trained.uvs,
-            seams: &trained.seams,
-            threshold: trained.threshold,
-            model: &trained.model,
-            config_toml: &config_toml,
-            last: &trained.last,
-        },
-    )?;
-    if arguments.json {
-        let summary = output::Summary {
-            input: &input,
-            folder: &folder,
-            backend: backend.name(),
-            training_seconds: seconds,
-            interrupted: trained.outcome == Outcome::Interrupted,
-            report: &written,
-        };
-        println!(
-            "{}",
-            serde_json::to_string_pretty(&summary).map_err(Failure::work)?
-        );
-    } else if !arguments.quiet {
-        eprintln!(
-            "{} iterations in {}; {}",
-            trained.last.iteration + 1,
-            short(started.elapsed()),
-            written.headline()
-        );
-        eprintln!("wrote {}", folder.display());
-    }
-    match trained.outcome {
-        Outcome::Finished => Ok(ExitCode::SUCCESS),
-        Outcome::Interrupted => Ok(ExitCode::from(INTERRUPTED)),
-        Outcome::Failed(error) => Err(Failure::Work(format!(
-            "{input}: {error}; the last good weights were written"
-        ))),
+        Inputs::One(path) => {
+            let document = fam_io::read_surface(&path).map_err(Failure::input)?;
+            run.single(
+                &document,
+                &path.display().to_string(),
+                &stem(&path),
+                Some(&path),
+            )
+        }
+        Inputs::Batch(files) => run.batch(&files),
     }
 }
 
-/// The built-in surface: closed and of genus 1, so that seams have to be found.
-fn sample() -> Document {
-    Document::of_surface(Surface::Mesh(shapes::torus(1.0, 0.4, 96, 48)))
+fn stem(path: &Path) -> String {
+    let stem = path.file_stem().unwrap_or(path.as_os_str());
+    stem.to_string_lossy().into_owned()
+}
+
+/// What all files of a run have in common.
+struct Run {
+    arguments: args::Unwrap,
+    config: TrainingConfig,
+    config_toml: String,
+    backend: Backend,
+    stop: Arc<AtomicBool>,
+}
+
+/// A file that was flattened and written.
+struct Done {
+    report: Report,
+    took: Duration,
+    interrupted: bool,
+    error: Option<TrainingError>,
+}
+
+impl Run {
+    fn new(arguments: args::Unwrap) -> Result<Self, Failure> {
+        let config = config::resolve(&arguments)?;
+        Ok(Self {
+            config_toml: config::to_toml(&config)?,
+            config,
+            backend: Backend::choose(arguments.backend)?,
+            stop: stop_on_interrupt()?,
+            arguments,
+        })
+    }
+
+    fn single(
+        &self,
+        document: &Document,
+        input: &str,
+        stem: &str,
+        path: Option<&Path>,
+    ) -> Result<ExitCode, Failure> {
+        let folder = self.arguments.out.clone();
+        let folder = folder.unwrap_or_else(|| PathBuf::from(format!("{stem}.fam")));
+        let done = self.one(document, input, stem, path, &folder, None)?;
+        match done.error {
+            Some(error) => Err(Failure::Work(format!(
+                "{input}: {error}; the last good weights were written"
+            ))),
+            None if done.interrupted => Ok(ExitCode::from(INTERRUPTED)),
+            None => Ok(ExitCode::SUCCESS),
+        }
+    }
+
+    fn batch(&self, files: &[(PathBuf, PathBuf)]) -> Result<ExitCode, Failure> {
+        let root = self.arguments.out.clone().unwrap_or_default();
+        let mut table = Table::default();
+        for (number, (path, folder)) in files.iter().enumerate() {
+            if self.stop.load(Ordering::Relaxed) {
+                break;
+            }
+            if !self.arguments.quiet {
+                eprintln!("[{}/{}]", number + 1, files.len());
+            }
+            let row = self.batch_file(path, &root.join(folder));
+            if let (Row::Failed(reason), false) = (&row, self.arguments.quiet) {
+                eprintln!("fam: {reason}");
+            }
+            table.push(path, row);
+        }
+        if !self.arguments.json && !self.arguments.quiet {
+            print!("{table}");
+        }
+        if self.stop.load(Ordering::Relaxed) {
+            return Ok(ExitCode::from(INTERRUPTED));
+        }
+        match table.failed() {
+            0 => Ok(ExitCode::SUCCESS),
+            failed => Err(Failure::Work(format!(
+                "{failed} of {} files failed",
+                files.len()
+            ))),
+        }
+    }
+
+    fn batch_file(&self, path: &Path, folder: &Path) -> Row {
+        let input = path.display().to_string();
+        let result = self.fingerprint(path).and_then(|fingerprint| {
+            if !self.arguments.force && Output::is_done(folder, &fingerprint) {
+                return Ok(Row::Skipped);
+            }
+            let document = fam_io::read_surface(path).map_err(Failure::input)?;
+            let fingerprint = Some(fingerprint.as_str());
+            let done = self.one(
+                &document,
+                &input,
+                &stem(path),
+                Some(path),
+                folder,
+                fingerprint,
+            )?;
+            Ok(match done.error {
+                Some(error) => Row::Failed(format!("{input}: {error}")),
+                None if done.interrupted => Row::Interrupted,
+                None => Row::Done {
+                    took: done.took,
+                    headline: done.report.headline(),
+                },
+            })
+        });
+        result.unwrap_or_else(|failure| Row::Failed(failure.to_string()))
+    }
+
+    /// Flattens a document and writes the folder of its results.
+    fn one(
+        &self,
+        document: &Document,
+        input: &str,
+        stem: &str,
+        path: Option<&Path>,
+        folder: &Path,
+        fingerprint: Option<&str>,
+    ) -> Result<Done, Failure> {
+        let arguments = &self.arguments;
+        let existed = folder.exists();
+        let output = Output::prepare(
+            folder.to_owned(),
+            stem,
+            document,
+            path,
+            arguments.format.map(Format::from),
+            WriteOptions {
+                uv_set: arguments.uv_set,
+                checker: arguments.checker,
+                ..WriteOptions::default()
+            },
+            arguments.seam_lines,
+        )?;
+        if !arguments.quiet {
+            eprintln!(
+                "{input}: {}; on {}",
+                describe(document.surface()),
+                self.backend
+            );
+        }
+        let parting = Parting::of(document.labels(), arguments.per_material);
+        let started = Instant::now();
+        let flattened = self
+            .backend
+            .run(Flatten {
+                config: &self.config,
+                surface: document.surface(),
+                parting: &parting,
+                seam_rule: arguments.seam_rule.into(),
+                quiet: arguments.quiet,
+                stop: &self.stop,
+            })
+            .map_err(|failure| {
+                if !existed {
+                    // Only goes if it is empty.
+                    let _ = std::fs::remove_dir(folder);
+                }
+                failure.of(input)
+            })?;
+        let took = started.elapsed();
+        let interrupted = self.stop.load(Ordering::Relaxed);
+        let error = flattened.parts.iter().find_map(|part| part.error.clone());
+        let complete = !interrupted && error.is_none();
+        let report = output.write(&Layout {
+            document,
+            parting: &parting,
+            flattened: &flattened,
+            config_toml: &self.config_toml,
+            fingerprint: fingerprint.filter(|_| complete),
+        })?;
+        if arguments.json {
+            let summary = Summary {
+                input,
+                folder,
+                file: output.file(),
+                backend: self.backend.name(),
+                training_seconds: took.as_secs_f64(),
+                interrupted,
+                report: &report,
+            };
+            let json = serde_json::to_string_pretty(&summary).map_err(Failure::work)?;
+            println!("{json}");
+        } else if !arguments.quiet {
+            for line in [report.conditioned(), report.composition()]
+                .into_iter()
+                .flatten()
+            {
+                eprintln!("{line}");
+            }
+            eprintln!("{}; {}", short(took), report.headline());
+            eprintln!("wrote {}", folder.display());
+        }
+        Ok(Done {
+            report,
+            took,
+            interrupted,
+            error,
+        })
+    }
+
+    /// A number that changes with the content of a file and with all that shapes its results.
+    fn fingerprint(&self, path: &Path) -> Result<String, Failure> {
+        let fail = |error: std::io::Error| Failure::input(format!("{}: {error}", path.display()));
+        let mut hasher = Hashing::default();
+        let mut file = std::fs::File::open(path).map_err(fail)?;
+        std::io::copy(&mut file, &mut hasher).map_err(fail)?;
+        let arguments = &self.arguments;
+        let shaping = format!(
+            "{}\n{}\n{:?} {} {} {} {} {:?}",
+            env!("CARGO_PKG_VERSION"),
+            self.config_toml,
+            arguments.format,
+            arguments.uv_set,
+            arguments.checker,
+            arguments.seam_lines,
+            arguments.per_material,
+            arguments.seam_rule,
+        );
+        hasher.0.write(shaping.as_bytes());
+        Ok(format!("{:016x}", hasher.0.finish()))
+    }
+}
+
+/// Hashes what is written.
+#[derive(Default)]
+struct Hashing(std::hash::DefaultHasher);
+
+impl std::io::Write for Hashing {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.write(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
 }
 
 fn describe(surface: &Surface) -> String {
@@ -136,97 +310,4 @@ fn stop_on_interrupt() -> Result<Arc<AtomicBool>, Failure> {
     })
     .map_err(Failure::work)?;
     Ok(stop)
-}
-
-struct Train<'a> {
-    config: TrainingConfig,
-    surface: &'a Surface,
-    seam_rule: SeamRule,
-    quiet: bool,
-    stop: Arc<AtomicBool>,
-}
-
-/// A trained surface, off the backend.
-struct Trained {
-    uvs: Vec<[f32; 2]>,
-    seams: Seams,
-    /// With its spacing in input units.
-    threshold: SeamThreshold,
-    model: Vec<u8>,
-    last: Step,
-    outcome: Outcome,
-}
-
-#[derive(Debug, PartialEq)]
-enum Outcome {
-    Finished,
-    Interrupted,
-    Failed(TrainingError),
-}
-
-impl Job for Train<'_> {
-    type Output = Result<Trained, Failure>;
-
-    fn run<B: AutodiffBackend>(self, device: &B::Device) -> Self::Output {
-        let iterations = self.config.iterations;
-        let mut trainer =
-            Trainer::<B>::new(self.config, self.surface, device).map_err(Failure::input)?;
-        let progress = Progress::new(self.quiet, iterations, trainer.points());
-        let mut outcome = Outcome::Finished;
-        let mut last = None;
-        for _ in 0..iterations {
-            match trainer.step() {
-                Ok(step) => {
-                    progress.step(&step);
-                    last = Some(step);
-                }
-                Err(error) => {
-                    outcome = Outcome::Failed(error);
-                    break;
-                }
-            }
-            if self.stop.load(Ordering::Relaxed) {
-                outcome = Outcome::Interrupted;
-                break;
-            }
-        }
-        progress.finish();
-        let Some(last) = last else {
-            return Err(match outcome {
-                Outcome::Failed(error) => Failure::work(error),
-                _ => Failure::work("no iteration was trained"),
-            });
-        };
-
-        let sample = trainer.sample().points;
-        let (map, last_step) = trainer.finish(self.surface);
-        if let (Outcome::Finished, Err(error)) = (&outcome, last_step) {
-            outcome = Outcome::Failed(error);
-        }
-        let normalization = *map.normalization();
-        let sample_in_units: Vec<_> = sample.iter().map(|&p| normalization.invert(p)).collect();
-        let threshold = SeamThreshold::of(self.seam_rule, &sample, &map.uvs(&sample_in_units));
-        let uvs = map.uvs(self.surface.positions());
-        let seams = match self.surface {
-            Surface::Mesh(mesh) => {
-                Seams::of_mesh(mesh, &normalization, &uvs, threshold).map_err(Failure::input)?
-            }
-            Surface::PointCloud(cloud) => {
-                let place = |&p: &[f64; 3]| normalization.apply(p);
-                let points: Vec<_> = cloud.points().iter().map(place).collect();
-                Seams::of_points(&points, &uvs, threshold)
-            }
-        };
-        Ok(Trained {
-            uvs,
-            seams,
-            threshold: SeamThreshold {
-                spacing: threshold.spacing.map(|s| s * normalization.radius),
-                ..threshold
-            },
-            model: map.to_safetensors().map_err(Failure::work)?,
-            last,
-            outcome,
-        })
-    }
 }

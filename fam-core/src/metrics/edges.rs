@@ -1,5 +1,4 @@
-use std::collections::HashMap;
-
+use crate::surface::weld::weld;
 use crate::surface::{TriangleMesh, UvMap};
 
 /// A mesh edge as one of its triangles sees it.
@@ -40,13 +39,4 @@ pub(super) fn sides(mesh: &TriangleMesh, uv: &UvMap) -> Vec<Side> {
     }
     sides.sort_unstable();
     sides
-}
-
-/// Per vertex, the first vertex at an equal position.
-fn weld(positions: &[[f64; 3]]) -> Vec<u32> {
-    let mut first = HashMap::with_capacity(positions.len());
-    (0..)
-        .zip(positions)
-        .map(|(v, p)| *first.entry(p.map(|c| (c + 0.0).to_bits())).or_insert(v))
-        .collect()
 }

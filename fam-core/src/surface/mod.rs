@@ -4,13 +4,17 @@
 //! keep their precision; training works on a normalised `f32` copy
 //! (see [`Normalization`]). Indices are zero-based.
 
+mod components;
+pub(crate) mod degenerate;
 mod mesh;
 mod normalization;
 mod point_cloud;
 pub mod shapes;
 mod uv_map;
 pub mod vector;
+pub(crate) mod weld;
 
+pub use components::{Component, Components, Conditioning};
 pub use mesh::TriangleMesh;
 pub use normalization::Normalization;
 pub use point_cloud::PointCloud;

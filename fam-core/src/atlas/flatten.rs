@@ -1,0 +1,367 @@
+use std::ops::ControlFlow;
+
+use burn::tensor::backend::{AutodiffBackend, Backend};
+use rand::SeedableRng;
+use rand_pcg::Pcg64;
+
+use super::layout::{side_by_side, texel_density};
+use super::{Atlas, Chart, ComponentMap, Placement, Projection};
+use crate::sampling::poisson_disk;
+use crate::seams::{SeamRule, SeamThreshold, Seams};
+use crate::surface::{Component, Components, Surface, SurfaceError, TriangleMesh};
+use crate::training::{Step, Trainer, TrainingConfig, TrainingError};
+
+/// Points of a component that tell it from the others when other points are mapped.
+const LANDMARKS: usize = 256;
+
+/// Fewest points that a component is trained on: its share by area may be next to nothing.
+const FEWEST_POINTS: usize = 64;
+
+/// What belongs together, beside what hangs together.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Division<'a> {
+    /// For every triangle a label; triangles of different labels are never in one component.
+    /// Empty if all are alike.
+    pub labels: &'a [u32],
+    /// For every label the UV square that its components share. Empty if all share one.
+    pub squares: &'a [u32],
+}
+
+/// Where [`flatten`] is.
+#[derive(Debug, Clone, Copy)]
+pub struct Progress<'a> {
+    /// Which of the components to train, counting from 0.
+    pub component: usize,
+    /// How many components are trained.
+    pub components: usize,
+    /// Points per iteration of this component.
+    pub points: usize,
+    /// What the iteration did.
+    pub step: &'a Step,
+}
+
+/// How a component was flattened.
+#[derive(Debug, Clone)]
+pub struct Part {
+    /// Points per iteration; 0 if it was not trained.
+    pub points: usize,
+    /// The last iteration; none if it was not trained.
+    pub last: Option<Step>,
+    /// Why training broke off, if it did; the map is that of the last good weights.
+    pub error: Option<TrainingError>,
+    /// The points (normalised) that it was trained on; none if it was not.
+    sample: Vec<[f32; 3]>,
+}
+
+/// A flattened surface. [`Components::uv_map`] makes one map of the UVs of a mesh's components.
+#[derive(Debug, Clone)]
+pub struct Flattened<B: Backend> {
+    /// The maps.
+    pub atlas: Atlas<B>,
+    /// The components of a mesh; none for a cloud, which is one.
+    pub components: Option<Components>,
+    /// How each component was flattened.
+    pub parts: Vec<Part>,
+    /// The UVs of each component's vertices (of all points of a cloud).
+    pub uvs: Vec<Vec<[f32; 2]>>,
+}
+
+/// Flattens a surface: every component on its own, all in the unit square (one for each of
+/// `division.squares`) at one texel density, their bounding boxes apart.
+///
+/// Components share the configured number of points by their area. `observe` is called after
+/// every step; after it breaks off, the components that are left get a single step each.
+///
+/// # Errors
+/// The surface or the configuration cannot be trained on. A component whose training diverges
+/// is no error: its [`Part`] tells.
+pub fn flatten<B: AutodiffBackend>(
+    config: &TrainingConfig,
+    surface: &Surface,
+    division: Division,
+    device: &B::Device,
+    observe: impl FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Flattened<B::InnerBackend>, TrainingError> {
+    if let Some(problem) = config.problem() {
+        return Err(TrainingError::Config(problem));
+    }
+    surface.normalization()?;
+    match surface {
+        Surface::Mesh(mesh) => flatten_mesh::<B>(config, mesh, division, device, observe),
+        Surface::PointCloud(_) => {
+            let mut job = Job::<B, _> {
+                config,
+                device,
+                observe,
+                components: 1,
+                started: 0,
+                stopped: false,
+            };
+            let (map, part) = job.train(surface, config.points)?;
+            let uvs = map.uvs(surface.positions());
+            let chart = Chart {
+                map,
+                placement: Placement::IDENTITY,
+                landmarks: Vec::new(),
+            };
+            Ok(Flattened {
+                atlas: Atlas {
+                    charts: vec![chart],
+                },
+                components: None,
+                parts: vec![part],
+                uvs: vec![uvs],
+            })
+        }
+    }
+}
+
+fn flatten_mesh<B: AutodiffBackend>(
+    config: &TrainingConfig,
+    mesh: &TriangleMesh,
+    division: Division,
+    device: &B::Device,
+    observe: impl FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Flattened<B::InnerBackend>, TrainingError> {
+    if mesh.triangles().len() == 1 {
+        return Err(SurfaceError::TooSmall("it is a single triangle").into());
+    }
+    let components = Components::of(mesh, division.labels)?;
+    if components.conditioning.zero_area_triangles == mesh.triangles().len() {
+        return Err(SurfaceError::TooSmall("its triangles have no area").into());
+    }
+    let projections: Vec<Option<Projection>> = components
+        .list
+        .iter()
+        .map(|component| Projection::of(&component.mesh))
+        .collect();
+    let area = |component: &Component| component.mesh.triangle_areas().iter().sum::<f64>();
+    let trained = || {
+        let all = components.list.iter().zip(&projections);
+        all.filter(|(_, projection)| projection.is_none())
+            .map(|(component, _)| component)
+    };
+    let trained_area: f64 = trained().map(area).sum();
+    let mut job = Job::<B, _> {
+        config,
+        device,
+        observe,
+        components: trained().count(),
+        started: 0,
+        stopped: false,
+    };
+    let mut maps = Vec::new();
+    let mut parts = Vec::new();
+    for (component, projection) in components.list.iter().zip(&projections) {
+        let (map, part) = match projection {
+            Some(projection) => (ComponentMap::Projected(*projection), Part::untrained()),
+            None => {
+                let share = area(component) / trained_area * config.points as f64;
+                let fewest = FEWEST_POINTS.min(config.points);
+                let points = (share.round() as usize).clamp(fewest, config.points);
+                match job.train(&Surface::Mesh(component.mesh.clone()), points) {
+                    // Next to nothing beside the others, for it has no area to speak of.
+                    Err(TrainingError::Surface(_)) if components.list.len() > 1 => {
+                        let projection = Projection::along_mean_normal(&component.mesh);
+                        (ComponentMap::Projected(projection), Part::untrained())
+                    }
+                    trained => trained?,
+                }
+            }
+        };
+        maps.push(map);
+        parts.push(part);
+    }
+    let raw: Vec<Vec<[f32; 2]>> = maps
+        .iter()
+        .zip(&components.list)
+        .map(|(map, component)| map.uvs(component.mesh.positions()))
+        .collect();
+    let placements = placements(&components.list, &raw, division.squares);
+    let uvs = raw
+        .iter()
+        .zip(&placements)
+        .map(|(uvs, placement)| uvs.iter().map(|&q| placement.place(q)).collect())
+        .collect();
+    let several = maps.len() > 1;
+    let charts = maps
+        .into_iter()
+        .zip(placements)
+        .zip(&components.list)
+        .map(|((map, placement), component)| Chart {
+            map,
+            placement,
+            landmarks: if several {
+                landmarks(&component.mesh, config.seed)
+            } else {
+                Vec::new()
+            },
+        })
+        .collect();
+    Ok(Flattened {
+        atlas: Atlas { charts },
+        components: Some(components),
+        parts,
+        uvs,
+    })
+}
+
+/// The placements of components, each in the square of its label.
+fn placements(components: &[Component], uvs: &[Vec<[f32; 2]>], squares: &[u32]) -> Vec<Placement> {
+    let square = |c: &Component| squares.get(c.label as usize).copied().unwrap_or(0);
+    let mut placements = vec![Placement::IDENTITY; components.len()];
+    let mut all: Vec<u32> = components.iter().map(square).collect();
+    all.sort_unstable();
+    all.dedup();
+    for wanted in all {
+        let members: Vec<usize> = (0..components.len())
+            .filter(|&i| square(&components[i]) == wanted)
+            .collect();
+        let own: Vec<&[[f32; 2]]> = members.iter().map(|&i| uvs[i].as_slice()).collect();
+        let densities: Vec<_> = members
+            .iter()
+            .map(|&i| texel_density(&components[i].mesh, &uvs[i]))
+            .collect();
+        for (i, placement) in members.into_iter().zip(side_by_side(&own, &densities)) {
+            placements[i] = placement;
+        }
+    }
+    placements
+}
+
+/// Points spread over a component; its vertices where it has no area.
+fn landmarks(mesh: &TriangleMesh, seed: u64) -> Vec<[f64; 3]> {
+    let mut rng = Pcg64::seed_from_u64(seed);
+    match poisson_disk(mesh, LANDMARKS, &mut rng) {
+        Ok(points) => points.into_iter().map(|point| point.position).collect(),
+        Err(_) => mesh.positions().iter().copied().take(LANDMARKS).collect(),
+    }
+}
+
+impl Part {
+    fn untrained() -> Self {
+        Self {
+            points: 0,
+            last: None,
+            error: None,
+            sample: Vec::new(),
+        }
+    }
+}
+
+/// The training of one component after the other.
+struct Job<'a, B: AutodiffBackend, F> {
+    config: &'a TrainingConfig,
+    device: &'a B::Device,
+    observe: F,
+    components: usize,
+    started: usize,
+    stopped: bool,
+}
+
+impl<B: AutodiffBackend, F: FnMut(Progress) -> ControlFlow<()>> Job<'_, B, F> {
+    fn train(
+        &mut self,
+        surface: &Surface,
+        points: usize,
+    ) -> Result<(ComponentMap<B::InnerBackend>, Part), TrainingError> {
+        let config = TrainingConfig {
+            points,
+            ..self.config.clone()
+        };
+        let mut trainer = Trainer::<B>::new(config, surface, self.device)?;
+        let points = trainer.points();
+        let (mut last, mut error) = (None, None);
+        for _ in 0..self.config.iterations {
+            match trainer.step() {
+                Ok(step) => {
+                    let progress = Progress {
+                        component: self.started,
+                        components: self.components,
+                        points,
+                        step: &step,
+                    };
+                    self.stopped |= (self.observe)(progress).is_break();
+                    last = Some(step);
+                }
+                Err(stop) => {
+                    error = Some(stop);
+                    break;
+                }
+            }
+            if self.stopped {
+                break;
+            }
+        }
+        self.started += 1;
+        let sample = trainer.sample().points;
+        let (map, last_step) = trainer.finish(surface);
+        // Weights that no step has changed have the losses of the first step.
+        let part = Part {
+            points,
+            last,
+            error: error.or(last_step.err()),
+            sample,
+        };
+        Ok((ComponentMap::Trained(Box::new(map)), part))
+    }
+}
+
+impl<B: Backend> Flattened<B> {
+    /// The seams of the trained components, by the vertices (points) of the whole surface, and
+    /// per component the threshold that they were found with, in UV units of the square and
+    /// input units; projected components have none.
+    ///
+    /// # Errors
+    /// A component's vertices coincide, as those of no trained one do.
+    pub fn seams(
+        &self,
+        surface: &Surface,
+        rule: SeamRule,
+    ) -> Result<(Seams, Vec<Option<SeamThreshold>>), SurfaceError> {
+        let mut all = Seams::default();
+        let mut thresholds = Vec::new();
+        for (i, (part, chart)) in self.parts.iter().zip(&self.atlas.charts).enumerate() {
+            let ComponentMap::Trained(map) = &chart.map else {
+                thresholds.push(None);
+                continue;
+            };
+            let normalization = map.normalization();
+            let in_units: Vec<_> = part
+                .sample
+                .iter()
+                .map(|&p| normalization.invert(p))
+                .collect();
+            let threshold = SeamThreshold::of(rule, &part.sample, &chart.uvs(&in_units));
+            let component = self
+                .components
+                .as_ref()
+                .map(|components| &components.list[i]);
+            let seams = match component {
+                Some(component) => {
+                    Seams::of_mesh(&component.mesh, normalization, &self.uvs[i], threshold)?
+                }
+                None => {
+                    let points = surface.positions().iter().map(|&p| normalization.apply(p));
+                    Seams::of_points(&points.collect::<Vec<_>>(), &self.uvs[i], threshold)
+                }
+            };
+            let whole = |v: u32| component.map_or(v, |component| component.vertices[v as usize]);
+            all.points.extend(seams.points.into_iter().map(whole));
+            let edges = seams.edges.into_iter().map(|edge| {
+                let [a, b] = edge.map(whole);
+                [a.min(b), a.max(b)]
+            });
+            all.edges.extend(edges);
+            thresholds.push(Some(SeamThreshold {
+                spacing: threshold.spacing.map(|s| s * normalization.radius),
+                ..threshold
+            }));
+        }
+        all.points.sort_unstable();
+        all.points.dedup();
+        all.edges.sort_unstable();
+        all.edges.dedup();
+        Ok((all, thresholds))
+    }
+}

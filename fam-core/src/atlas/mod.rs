@@ -1,0 +1,145 @@
+//! Surfaces of several components: one map each, all in one UV square.
+//!
+//! [`flatten`] takes a surface apart ([`Components`](crate::surface::Components)), projects
+//! what is flat ([`Projection`]), trains a map on every other component, and lays all of them
+//! side by side at one texel density. Its result holds the [`Atlas`], which gives UVs of any
+//! points and is saved and loaded as a whole.
+
+mod file;
+mod flatten;
+mod layout;
+mod projection;
+
+use burn::tensor::backend::Backend;
+
+pub use flatten::{Division, Flattened, Part, Progress, flatten};
+pub use layout::Placement;
+pub use projection::Projection;
+
+use crate::map::{ModelFileError, TrainedMap};
+use crate::neighbors::nearest;
+use crate::surface::{Components, Normalization, SurfaceError, TriangleMesh, UvMap};
+
+/// How one component is mapped to the plane.
+#[derive(Debug, Clone)]
+pub enum ComponentMap<B: Backend> {
+    /// Flat: projected to its plane.
+    Projected(Projection),
+    /// Trained.
+    Trained(Box<TrainedMap<B>>),
+}
+
+impl<B: Backend> ComponentMap<B> {
+    /// UVs of points in input units, before they are placed.
+    pub fn uvs(&self, points: &[[f64; 3]]) -> Vec<[f32; 2]> {
+        match self {
+            Self::Projected(projection) => projection.uvs(points),
+            Self::Trained(map) => map.uvs(points),
+        }
+    }
+}
+
+/// The maps of all components of a surface.
+#[derive(Debug, Clone)]
+pub struct Atlas<B: Backend> {
+    /// At least one.
+    charts: Vec<Chart<B>>,
+}
+
+/// The map of a component and where it lies.
+#[derive(Debug, Clone)]
+struct Chart<B: Backend> {
+    map: ComponentMap<B>,
+    placement: Placement,
+    /// Points of the component in input units; none if it is the only one.
+    landmarks: Vec<[f64; 3]>,
+}
+
+impl<B: Backend> Chart<B> {
+    fn uvs(&self, points: &[[f64; 3]]) -> Vec<[f32; 2]> {
+        let uvs = self.map.uvs(points);
+        uvs.into_iter().map(|q| self.placement.place(q)).collect()
+    }
+}
+
+impl<B: Backend> Atlas<B> {
+    /// UVs of any points in input units; each by the map of the component nearest to it.
+    pub fn uvs(&self, points: &[[f64; 3]]) -> Vec<[f32; 2]> {
+        let owners = self.nearest_charts(points);
+        let mut uvs = vec![[0.0; 2]; points.len()];
+        for (c, chart) in self.charts.iter().enumerate() {
+            let own: Vec<usize> = (0..points.len()).filter(|&i| owners[i] == c).collect();
+            let positions: Vec<_> = own.iter().map(|&i| points[i]).collect();
+            for (i, uv) in own.into_iter().zip(chart.uvs(&positions)) {
+                uvs[i] = uv;
+            }
+        }
+        uvs
+    }
+
+    /// UVs of a mesh, which need not be the one that was flattened: every component of it by
+    /// the map that is nearest to most of its vertices. `labels` are those of
+    /// [`Components::of`].
+    ///
+    /// # Errors
+    /// As [`Components::of`], or a UV is not finite.
+    pub fn uv_map(&self, mesh: &TriangleMesh, labels: &[u32]) -> Result<UvMap, SurfaceError> {
+        let components = Components::of(mesh, labels)?;
+        let uvs: Vec<_> = components
+            .list
+            .iter()
+            .map(|component| {
+                let points = component.mesh.positions();
+                let mut votes = vec![0_usize; self.charts.len()];
+                self.nearest_charts(points)
+                    .into_iter()
+                    .for_each(|c| votes[c] += 1);
+                let most = votes.iter().max().copied().unwrap_or(0);
+                let winner = votes.iter().position(|&v| v == most).unwrap_or(0);
+                self.charts[winner].uvs(points)
+            })
+            .collect();
+        components.uv_map(mesh, &uvs)
+    }
+
+    /// For every point the chart with the nearest landmark.
+    fn nearest_charts(&self, points: &[[f64; 3]]) -> Vec<usize> {
+        let landmarks: Vec<[f64; 3]> = self
+            .charts
+            .iter()
+            .flat_map(|chart| chart.landmarks.iter().copied())
+            .collect();
+        let Ok(normalization) = Normalization::of(&landmarks) else {
+            return vec![0; points.len()];
+        };
+        let owners: Vec<usize> = self
+            .charts
+            .iter()
+            .enumerate()
+            .flat_map(|(c, chart)| std::iter::repeat_n(c, chart.landmarks.len()))
+            .collect();
+        let place = |points: &[[f64; 3]]| -> Vec<[f32; 3]> {
+            points.iter().map(|&p| normalization.apply(p)).collect()
+        };
+        nearest(&place(&landmarks), &place(points))
+            .into_iter()
+            .map(|landmark| owners[landmark as usize])
+            .collect()
+    }
+
+    /// The bytes of a safetensors file with all maps. The same atlas gives the same bytes.
+    ///
+    /// # Errors
+    /// The container refuses a tensor.
+    pub fn to_safetensors(&self) -> Result<Vec<u8>, ModelFileError> {
+        file::write(self)
+    }
+
+    /// The atlas that [`to_safetensors`](Self::to_safetensors) wrote.
+    ///
+    /// # Errors
+    /// The bytes are no such file, or another version wrote them.
+    pub fn from_safetensors(bytes: &[u8], device: &B::Device) -> Result<Self, ModelFileError> {
+        file::read(bytes, device)
+    }
+}
