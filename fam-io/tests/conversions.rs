@@ -499,9 +499,9 @@ fn obj_files_of_other_formats_have_their_materials_beside_them() {
     folder.file("wood.png", png);
     folder.file(
         "a.mtl",
-        "newmtl wood\nKd 0.25 0.5 1\nd 0.5\nmap_Kd wood.png\n",
+        "newmtl red\nKd 0.25 0.5 1\nd 0.5\nmap_Kd wood.png\n",
     );
-    let obj = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl wood\nf 1 2 3\n";
+    let obj = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n";
     let document = folder.read("a.obj", obj);
     let uvs = UvMap::new(vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], vec![[0, 1, 2]]).unwrap();
     let options = WriteOptions::default();
@@ -518,12 +518,12 @@ fn obj_files_of_other_formats_have_their_materials_beside_them() {
     assert_eq!(fs::read(folder.path("out-1.png")).unwrap(), png);
     assert_eq!(
         fs::read_to_string(folder.path("out.mtl")).unwrap(),
-        "newmtl wood\nKd 0.25 0.5 1\nd 0.5\nmap_Kd out-1.png\n"
+        "newmtl red\nKd 0.25 0.5 1\nd 0.5\nmap_Kd out-1.png\n"
     );
     let written = fs::read_to_string(&out).unwrap();
     assert!(written.starts_with("mtllib out.mtl\n"), "{written}");
     let again = read_surface(&out).unwrap();
-    assert_eq!(materials(&again, 1), [Some("wood")]);
+    assert_eq!(materials(&again, 1), [Some("red")]);
     let in_memory = self::written(&document, &Uvs::Mesh(uvs), Format::Obj);
     assert!(!String::from_utf8(in_memory).unwrap().contains("mtllib"));
 }
