@@ -96,6 +96,15 @@ pub(crate) fn parse(content: Content) -> Result<Parsed<Source>, ReadFault> {
     })
 }
 
+/// Refuses sets of UVs that would need too many others.
+pub(crate) fn check_uv_set(options: &WriteOptions) -> io::Result<()> {
+    if options.uv_set > LAST_UV_SET {
+        let problem = format!("the last set of UVs that is written is {LAST_UV_SET}");
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
+    }
+    Ok(())
+}
+
 impl Source {
     pub fn format(&self) -> Format {
         self.loaded.format
@@ -120,10 +129,7 @@ impl Source {
         options: &WriteOptions,
         out: &mut dyn Write,
     ) -> Result<(), WriteFault> {
-        if options.uv_set > LAST_UV_SET {
-            let problem = format!("the last set of UVs that is written is {LAST_UV_SET}");
-            return Err(io::Error::new(io::ErrorKind::InvalidInput, problem).into());
-        }
+        check_uv_set(options)?;
         let segments = self.segments(&options.seam_lines)?;
         let mut package = self.loaded.package.clone();
         let before = Before::of(&package);
