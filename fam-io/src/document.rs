@@ -355,8 +355,12 @@ impl Document {
 
     fn write(&self, uvs: Uvs, path: &Path, options: &WriteOptions) -> Result<(), WriteError> {
         let format = Format::of_path(path).unwrap_or(self.format());
-        if format == Format::Obj && !matches!(self.source, Source::Obj(_)) {
-            return self.write_obj_with_materials(&uvs, path, options);
+        match &self.source {
+            Source::Obj(source) if format == Format::Obj => copy_companions(source, path)?,
+            _ if format == Format::Obj => {
+                return self.write_obj_with_materials(&uvs, path, options);
+            }
+            _ => {}
         }
         write_file(path, |out| self.write_to(&uvs, format, options, out))
     }
@@ -520,6 +524,28 @@ pub(crate) fn vertex_uvs(surface: &Surface, uvs: Vec<[f32; 2]>) -> Option<Uvs> {
         }
         Surface::PointCloud(_) => uvs.iter().all(is_finite).then_some(Uvs::Points(uvs)),
     }
+}
+
+/// Copies the files that an OBJ file needs beside it to the folder of `target`; those that are
+/// there already stay.
+fn copy_companions(source: &obj::Source, target: &Path) -> Result<(), WriteError> {
+    let Some((from, companions)) = source.companions() else {
+        return Ok(());
+    };
+    let to = target.parent().unwrap_or(Path::new(""));
+    for companion in companions {
+        let (original, copy) = (from.join(&companion), to.join(&companion));
+        if copy.exists() {
+            continue;
+        }
+        let copied = fs::create_dir_all(copy.parent().unwrap_or(to)).and_then(|()| {
+            let mut content = fs::File::open(original)?;
+            write_atomically(&copy, |out| io::copy(&mut content, out).map(|_| ()))
+                .map_err(|error| io::Error::other(error.to_string()))
+        });
+        copied.map_err(|error| WriteFault::from(error).at(&copy))?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -50,7 +50,7 @@ mod write;
 
 use std::fs;
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use fam_core::surface::{Surface, SurfaceError};
 
@@ -148,11 +148,13 @@ impl Source {
         Ok(scene::scene(model, colors.finish(), materials))
     }
 
-    /// The material files that the file names and the images that these name, relative to
-    /// its folder. They are needed where the file is.
-    pub(crate) fn companions(&self) -> Vec<PathBuf> {
-        self.libraries()
-            .map_or_else(Vec::new, |libraries| libraries.files())
+    /// The folder of the file, and relative to it the material files that it names and the
+    /// images that these name: they are needed wherever it goes.
+    pub fn companions(&self) -> Option<(&Path, Vec<PathBuf>)> {
+        let Content::File(path) = &self.content else {
+            return None;
+        };
+        Some((path.parent()?, self.libraries()?.files()))
     }
 
     fn libraries(&self) -> Option<Libraries<'_>> {
@@ -167,7 +169,6 @@ impl Source {
 mod tests {
     use std::fs;
     use std::io::Write;
-    use std::path::Path;
 
     use super::*;
     use crate::scene::IDENTITY;

@@ -160,7 +160,7 @@ fn companions_are_the_textures_and_the_library() {
     let (uvs, options) = (torn_above_the_square(), WriteOptions::default());
     let mut export = export(scene, &uvs, &options);
     export.stem = Some("x".to_owned());
-    let material = |name: &str| format!("newmtl {name}\nKd 0 1 0.01292\nd 0.5\n");
+    let material = |name: &str| format!("newmtl {name}\nKd 0 1 0.001\nd 0.5\n");
     let library = format!(
         "{}map_Kd x-1.png\n{}map_Kd x-2.jpg\n{}map_Kd x-1.png\n{}",
         material("none"),

@@ -63,7 +63,7 @@ impl Parts {
         bytes
     }
 
-    fn push(&mut self, list: &str, value: Value) -> usize {
+    pub fn push(&mut self, list: &str, value: Value) -> usize {
         if self.json[list].is_null() {
             self.json[list] = json!([]);
         }
@@ -273,7 +273,7 @@ fn add_mesh(parts: &mut Parts, random: &mut Random, mesh: usize, shared: &mut Op
     let mesh = parts.push("meshes", entry);
     let mut node = json!({"mesh": mesh, "translation": [0.5, random.below(9) as f64, -0.25]});
     if skinned {
-        let identity = |k: usize| if k % 5 == 0 { 1.0_f32 } else { 0.0 };
+        let identity = |k: usize| if k.is_multiple_of(5) { 1.0_f32 } else { 0.0 };
         let matrix: Vec<u8> = (0..16).flat_map(|k| identity(k).to_le_bytes()).collect();
         let view = parts.view(&matrix, json!({}));
         let accessor =
@@ -512,7 +512,7 @@ fn single(parts: &mut Parts, random: &mut Random, column: &Column) -> usize {
     let width = column.values[0].len();
     let zero = vec![0; width];
     // A matrix of bytes has padding between its columns that is no zero.
-    if random.below(5) == 0 && width % 4 == 0 {
+    if random.below(5) == 0 && width.is_multiple_of(4) {
         let differing = (0..column.values.len()).filter(|&k| column.values[k] != zero);
         let differing: Vec<_> = differing.collect();
         if !differing.is_empty() {
@@ -581,7 +581,7 @@ fn primitive(
         Some((count, indices)) if *count <= vertices.count && mode == 4 && random.below(2) == 0 => {
             primitive["indices"] = (*indices).into();
         }
-        _ if vertices.count % whole == 0 && random.below(4) == 0 => {}
+        _ if vertices.count.is_multiple_of(whole) && random.below(4) == 0 => {}
         _ => {
             let length = 6 * (1 + random.below(4));
             let indices: Vec<_> = (0..length)
