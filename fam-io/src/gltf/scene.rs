@@ -189,7 +189,7 @@ mod tests {
         assert_eq!(scene.nodes, [node]);
         let image = Image {
             name: "picture".to_owned(),
-            bytes: b"image".to_vec(),
+            bytes: (*b"image").into(),
         };
         let textured = Material {
             name: String::new(),
