@@ -244,6 +244,18 @@ fn small_files_do_not_become_large() {
             "{name} is read"
         );
     }
+    // As many elements without data as a small file can have.
+    for (name, count, attributes, mode) in [
+        ("points", 1_000_000, r#""POSITION":0,"NORMAL":0"#, 0),
+        ("fan", 500_000, r#""POSITION":0,"NORMAL":0,"COLOR_0":0"#, 6),
+    ] {
+        let bytes = gltf(&format!(
+            r#""meshes":[{{"primitives":[{{"attributes":{{{attributes}}},"mode":{mode}}}]}}],
+               "accessors":[{{"count":{count},{floats}}}]"#
+        ));
+        let read = read(name, Format::Gltf, &bytes, 100 * MIB).unwrap();
+        assert_eq!(read.surface().positions().len(), count);
+    }
     // Many primitives of the same elements, which are there once in the file.
     let primitive = r#"{"attributes":{"POSITION":0}}"#;
     let primitives = [primitive; 1000].join(",");

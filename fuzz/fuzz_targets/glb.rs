@@ -16,7 +16,10 @@ fuzz_mutator!(|data: &mut [u8], size: usize, max_size: usize, seed: u32| {
     let Some(mut chunks) = chunks(&data[..size]).filter(|_| seed % 4 != 0) else {
         return fuzzer_mutate(data, size, max_size);
     };
-    let others: usize = chunks.iter().map(|chunk| CHUNK_HEADER + chunk.content.len()).sum();
+    let others: usize = chunks
+        .iter()
+        .map(|chunk| CHUNK_HEADER + chunk.content.len())
+        .sum();
     let which = seed as usize / 4 % chunks.len();
     let content = &mut chunks[which].content;
     let old = content.len();
