@@ -115,12 +115,14 @@ fn material(entry: &Value, images: &mut Images) -> Material {
     }
 }
 
+/// Where an image is: its URI and its buffer view.
+type ImagePlace<'a> = (Option<&'a str>, Option<u64>);
+
 /// The images of a document; what several textures have is read once.
 struct Images<'a> {
     package: &'a Package,
     folder: Option<&'a Path>,
-    /// By the URI and the buffer view.
-    read: HashMap<(Option<&'a str>, Option<u64>), Option<Rc<[u8]>>>,
+    read: HashMap<ImagePlace<'a>, Option<Rc<[u8]>>>,
 }
 
 impl Images<'_> {
