@@ -21,13 +21,13 @@ use ::gltf::json::mesh::{POINTS, TRIANGLES};
 use fam_core::surface::vector::{add, cross, length, normalize, scale, sub};
 use serde_json::{Map, Value, json};
 
+use crate::color::unit_color;
 use crate::gltf::{Package, check_uv_set};
 use crate::polygons::fan;
 use crate::scene::{Image, Material, Scene};
 use crate::{Format, WriteFault};
 
 use super::Export;
-use super::color::unit;
 use super::materials::image_type;
 use super::parts::{Face, Part};
 use super::place::Place;
@@ -97,7 +97,7 @@ fn material_json(material: &Material, texture: Option<usize>) -> Value {
     if !material.name.is_empty() {
         json["name"] = material.name.as_str().into();
     }
-    let color = material.base_color.map(unit);
+    let color = unit_color(material.base_color);
     if color[3] < 1.0 {
         json["alphaMode"] = "BLEND".into();
     }
@@ -231,7 +231,7 @@ impl Content {
         }
         if part.mesh.colors.is_some() {
             let color = |vertex: &Vertex| part.color(vertex.of as usize).unwrap_or([1.0; 4]);
-            let colors: Vec<_> = vertices.iter().map(|v| color(v).map(unit)).collect();
+            let colors: Vec<_> = vertices.iter().map(|v| unit_color(color(v))).collect();
             attributes.insert("COLOR_0".to_owned(), add_colors(package, &colors).into());
         }
         Ok(attributes)
