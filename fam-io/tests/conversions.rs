@@ -1,6 +1,8 @@
 //! A file of one format written as another says the same, as far as that format can.
 
 mod common;
+#[path = "common/ply.rs"]
+mod foreign_ply;
 
 use std::fs;
 
@@ -356,6 +358,9 @@ fn check(model: &Model, formats: &[Format]) {
                 && !is_gltf(input)
             {
                 assert_eq!(faces, model.face_count());
+            }
+            if output == Format::Ply {
+                foreign_ply::check(&file, &again);
             }
             let has_materials = |format| format == Format::Obj || is_gltf(format);
             if has_materials(input) && has_materials(output) {
