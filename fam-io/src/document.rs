@@ -348,7 +348,9 @@ impl Document {
             (Source::Off(source), Format::Off) => source.write(uvs, out)?,
             (Source::Ply(source), Format::Ply) => source.write(uvs, out)?,
             (Source::Xyz(source), Format::Xyz) => source.write(uvs, out)?,
-            _ => self.export(uvs, options, None)?.write(format, out)?,
+            _ => self
+                .export(uvs, options, format, None)?
+                .write(format, out)?,
         }
         Ok(())
     }
@@ -375,7 +377,7 @@ impl Document {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         let export = self
             .check(uvs)
-            .and_then(|()| self.export(uvs, options, Some(&stem)))
+            .and_then(|()| self.export(uvs, options, Format::Obj, Some(&stem)))
             .map_err(|fault| fault.at(path))?;
         for (name, content) in export.companions() {
             write_atomically(path.with_file_name(name), |out| out.write_all(&content))?;
@@ -383,11 +385,13 @@ impl Document {
         write_file(path, |out| export.write(Format::Obj, out))
     }
 
-    /// The content with new UVs, for a format that is not its own.
+    /// The content with new UVs, for a format that is not its own. Objects are meshes if that
+    /// format has several of them.
     fn export<'a>(
         &self,
         uvs: &'a Uvs,
         options: &'a WriteOptions,
+        format: Format,
         stem: Option<&str>,
     ) -> Result<Export<'a>, WriteFault> {
         let positions = self.surface.positions();
@@ -402,8 +406,12 @@ impl Document {
             Ok([end(ends[0])?, end(ends[1])?])
         };
         let seam_lines = options.seam_lines.iter().map(seam_line);
+        let scene = match format {
+            Format::Glb | Format::Gltf | Format::Obj => self.scene()?.with_objects_as_meshes(),
+            Format::Off | Format::Ply | Format::Stl | Format::Xyz => self.scene()?,
+        };
         Ok(Export {
-            scene: self.scene()?,
+            scene,
             uvs,
             options,
             seam_lines: seam_lines.collect::<Result<_, _>>()?,

@@ -11,7 +11,6 @@
 //! change their order, so that they stay counter-clockwise seen from outside.
 
 mod baked;
-mod color;
 mod gltf;
 mod materials;
 mod names;

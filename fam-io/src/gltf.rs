@@ -37,6 +37,7 @@
 //! PNG, JPEG, WebP or KTX2 files at a relative path; others stay where they are. The names of
 //! buffers but the first, and chunks of a GLB that are neither JSON nor binary are lost.
 
+mod center;
 mod checker;
 mod compact;
 mod elements;
@@ -66,6 +67,7 @@ use geometry::Geometry;
 use load::{Loaded, load};
 use write::UvWriter;
 
+pub(crate) use center::center;
 pub(crate) use package::Package;
 
 /// The highest set of UVs that is written: the sets below it must all be there.

@@ -33,6 +33,10 @@
 //! and `vn` stay as written. A polygon with a seam inside becomes triangles. Lines (`l`),
 //! free-form surfaces (`surf`) and faces of two corners lose their `vt` references.
 //!
+//! In glTF, every run of faces of one object becomes a mesh of that name, with vertices of its
+//! own; vertices in no face are left out if there are several. Formats without objects keep the
+//! vertices as they are.
+//!
 //! For other formats, the material files (MTL) in the folder of the file and below give its
 //! materials colours (`Kd`, as linear values, and `d`) and textures (`map_Kd`). What a file
 //! refers to in other folders is not looked at.
@@ -129,7 +133,7 @@ impl Source {
         }
     }
 
-    /// One mesh with all faces, as they are in the file.
+    /// One mesh with all faces, as they are in the file, and its objects.
     pub fn scene(&self) -> io::Result<Scene> {
         let mut colors = Colors::default();
         let model = Model::read(&self.content, |statement| colors.push(statement));
@@ -202,6 +206,7 @@ mod tests {
         let faces: Vec<_> = mesh.polygons.iter().collect();
         assert_eq!(faces, [&[0, 1, 2, 3][..], &[0, 4, 1], &[4, 4, 4]]);
         assert_eq!(mesh.materials, [None, Some(0), Some(1)]);
+        assert!(mesh.objects.is_empty());
         let colors = mesh.colors.as_ref().unwrap();
         assert_eq!(colors[0], [1.0, 0.0, 0.0, 1.0]);
         assert_eq!(colors[1..], [[1.0; 4]; 4]);
@@ -218,6 +223,7 @@ mod tests {
         let mesh = &scene_of_mesh.meshes[0];
         assert!(mesh.colors.is_none() && mesh.normals.is_none() && mesh.name.is_empty());
         assert!(mesh.materials.is_empty() && scene_of_mesh.materials.is_empty());
+        assert_eq!(mesh.objects, [(0, "a".to_owned()), (1, "b".to_owned())]);
         let cloud = scene("v 0 0 0\nvn 0 0 1\nv 1 0 0\nvn 0 2 0\n");
         let mesh = &cloud.meshes[0];
         assert_eq!(

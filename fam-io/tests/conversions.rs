@@ -1,6 +1,8 @@
 //! A file of one format written as another says the same, as far as that format can.
 
 mod common;
+#[path = "common/ply.rs"]
+mod foreign_ply;
 
 use std::fs;
 
@@ -185,6 +187,17 @@ impl Model {
         self.faces.iter().map(pieces).sum()
     }
 
+    /// The object of every triangle; empty if there is only one.
+    fn objects(&self) -> Vec<u32> {
+        let mut object = 0;
+        let mut objects = Vec::new();
+        for (number, face) in self.faces.iter().enumerate() {
+            object += u32::from(number > 0 && face.starts_object);
+            objects.extend(vec![object; face.corners.len() - 2]);
+        }
+        if object == 0 { Vec::new() } else { objects }
+    }
+
     /// The material of every triangle.
     fn materials(&self) -> Vec<Option<&str>> {
         let of_face = |face: &Face| {
@@ -346,10 +359,17 @@ fn check(model: &Model, formats: &[Format]) {
             {
                 assert_eq!(faces, model.face_count());
             }
+            if output == Format::Ply {
+                foreign_ply::check(&file, &again);
+            }
             let has_materials = |format| format == Format::Obj || is_gltf(format);
             if has_materials(input) && has_materials(output) {
                 let expected = model.materials();
                 assert_eq!(materials(&again, expected.len()), expected);
+                // Objects of an OBJ file that share vertices count as one.
+                if (input, output) != (Format::Obj, Format::Obj) {
+                    assert_eq!(again.labels().objects, model.objects());
+                }
             }
         }
     }
@@ -526,4 +546,58 @@ fn obj_files_of_other_formats_have_their_materials_beside_them() {
     assert_eq!(materials(&again, 1), [Some("red")]);
     let in_memory = self::written(&document, &Uvs::Mesh(uvs), Format::Obj);
     assert!(!String::from_utf8(in_memory).unwrap().contains("mtllib"));
+}
+
+#[test]
+fn objects_of_an_obj_file_are_meshes_in_gltf() {
+    let text = "v 9 9 9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 0 0\nv 6 0 0\nv 5 1 0\nv 6 1 0\n\
+                f 2 3 4\no house\nf 5 6 8 7\no roof\nf 7 6 5\no house\nf 2 4 3\n";
+    let document = Document::from_bytes(Format::Obj, text.into()).unwrap();
+    let uvs = vec![[0.0, 0.0], [0.5, 0.0], [0.25, 0.75]];
+    let mut triangles = vec![[0, 1, 2]; 5];
+    // No seam crosses the square.
+    triangles[2] = [0, 2, 1];
+    let uvs = Uvs::Mesh(UvMap::new(uvs, triangles).unwrap());
+    let glb = written(&document, &uvs, Format::Glb);
+    let document = Document::from_bytes(Format::Glb, glb).unwrap();
+    assert_eq!(document.labels().objects, [0, 1, 1, 2, 3]);
+    let uvs = Uvs::Mesh(document.uv_map().unwrap().clone());
+    let obj = String::from_utf8(written(&document, &uvs, Format::Obj)).unwrap();
+    let lines = |keywords: &[&str]| -> Vec<&str> {
+        let is_one = |line: &&str| keywords.contains(&line.split(' ').next().unwrap());
+        obj.lines().filter(is_one).collect()
+    };
+    assert_eq!(
+        lines(&["o", "v"]),
+        [
+            "o object",
+            "v 0 0 0",
+            "v 1 0 0",
+            "v 0 1 0",
+            "o house",
+            "v 5 0 0",
+            "v 6 0 0",
+            "v 6 1 0",
+            "v 5 1 0",
+            "o roof",
+            "v 5 1 0",
+            "v 6 0 0",
+            "v 5 0 0",
+            "o house-2",
+            "v 0 0 0",
+            "v 0 1 0",
+            "v 1 0 0",
+        ]
+    );
+    let again = Document::from_bytes(Format::Obj, obj.clone().into()).unwrap();
+    assert_eq!(again.labels().objects, document.labels().objects);
+
+    // In a format without objects, vertices stay shared.
+    let uvs = Uvs::Mesh(UvMap::new(vec![[0.5; 2]], vec![[0; 3]; 5]).unwrap());
+    let document = Document::from_bytes(Format::Obj, text.into()).unwrap();
+    let off = String::from_utf8(written(&document, &uvs, Format::Off)).unwrap();
+    assert!(
+        off.starts_with("STOFF\n8 4 0\n9 9 9 0 0\n0 0 0 0.5 0.5\n"),
+        "{off}"
+    );
 }

@@ -554,6 +554,36 @@ fn points_get_uvs_too() {
 }
 
 #[test]
+fn seams_far_from_the_origin_are_added_once() {
+    let obj = "v 600000 5000000.25 0\nv 600001 5000000.25 0\nv 600000 5000001.25 0\nf 1 2 3\n";
+    let document = Document::from_bytes(Format::Obj, obj.into()).unwrap();
+    let uvs = Uvs::Mesh(UvMap::new(vec![[0.5; 2]], vec![[0; 3]]).unwrap());
+    let with_seams = |seam_lines: &[[u32; 2]]| WriteOptions {
+        seam_lines: seam_lines.to_vec(),
+        ..WriteOptions::default()
+    };
+    let first = write(&document, &uvs, &with_seams(&[[0, 1]]));
+    let nodes = first.json["nodes"].as_array().unwrap();
+    assert_eq!(nodes.len(), 2);
+    assert_eq!(
+        nodes[1]["translation"],
+        json!([600_000.5, 5_000_000.0, 0.0])
+    );
+    let second = write(&read(&first), &uvs, &with_seams(&[[0, 1]]));
+    assert_eq!(rest(&second), rest(&first));
+    assert_eq!(sizes(&second), sizes(&first));
+
+    let other = write(&read(&first), &uvs, &with_seams(&[[1, 2]]));
+    assert_eq!(other.json["nodes"].as_array().unwrap().len(), 2);
+    assert_eq!(other.json["scenes"], first.json["scenes"]);
+    let lines = &other.json["meshes"][1]["primitives"][0]["attributes"]["POSITION"];
+    let accessor = &other.json["accessors"][lines.as_u64().unwrap() as usize];
+    let node = &other.json["nodes"][1]["translation"];
+    let y = |bound: &str| node[1].as_f64().unwrap() + accessor[bound][1].as_f64().unwrap();
+    assert_eq!((y("min"), y("max")), (5_000_000.25, 5_000_001.25));
+}
+
+#[test]
 fn checker_and_seams_are_added_once() {
     let mut parts = indexed(4, 4, &[0, 1, 2, 2, 1, 3], 5121);
     parts.json["materials"] = json!([{"name": "kept"}]);

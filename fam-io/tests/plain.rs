@@ -1,6 +1,10 @@
 //! Dialects of the formats that hold one plain mesh or cloud: PLY, OFF, STL and XYZ.
 
 mod common;
+#[path = "common/ply.rs"]
+mod foreign_ply;
+
+use std::io::Cursor;
 
 use common::Folder;
 use fam_core::surface::{Surface, TriangleMesh, UvMap};
@@ -591,6 +595,9 @@ proptest! {
         prop_assert_eq!(&decode(&bytes, line_end), &elements);
         let document = read(Format::Ply, &bytes);
         let (again, output) = check_round_trip(&document, seed, values);
+        if line_end != "\r" {
+            foreign_ply::check(&output, &again);
+        }
         let output = decode(&output, line_end);
         prop_assert_eq!(output.len(), elements.len());
         let is_mesh = matches!(again.surface(), Surface::Mesh(_));
@@ -717,8 +724,16 @@ proptest! {
             }
             text.into_bytes()
         };
-        let document = read(Format::Stl, bytes);
+        let document = read(Format::Stl, &bytes);
         let mesh = mesh(&document);
+        // The other reader stops at the end of the first solid.
+        let mut bytes = Cursor::new(bytes);
+        let foreign = stl_io::create_stl_reader(&mut bytes).unwrap();
+        let foreign: Vec<_> = foreign.map(|facet| facet.unwrap().vertices.map(|v| v.0)).collect();
+        prop_assert_eq!(foreign.len(), per_solid.min(facets.len()));
+        for (t, foreign) in foreign.iter().enumerate() {
+            prop_assert_eq!(&mesh.corners(t).map(|corner| corner.map(|c| c as f32)), foreign);
+        }
         let (mut vertices, mut objects) = (Vec::new(), Vec::new());
         let mut triangles = Vec::new();
         for (object, solid) in facets.chunks(per_solid).enumerate() {

@@ -7,7 +7,7 @@
 //!   none. V points down. The sets of UVs up to that of the options are all the same, since a
 //!   set needs those before it. Colours are bytes if those hold them exactly, else floats.
 //! - Coordinates are of single precision. A mesh whose distance from the origin is more than
-//!   [`FAR`] times its extent has its centre there, and its node moves it back.
+//!   1000 times its extent has its centre there, and its node moves it back.
 //! - Materials are neither metallic nor smooth, and have two sides, as surfaces of the other
 //!   formats do. One that is not opaque blends. Textures of other types than PNG and JPEG, which
 //!   glTF does not have, are left out.
@@ -19,22 +19,20 @@ use std::rc::Rc;
 use ::gltf::json::accessor::UNSIGNED_BYTE;
 use ::gltf::json::buffer::ARRAY_BUFFER;
 use ::gltf::json::mesh::{POINTS, TRIANGLES};
-use fam_core::surface::vector::{add, cross, length, normalize, scale, sub};
+use fam_core::surface::vector::{add, cross, normalize, sub};
 use serde_json::{Map, Value, json};
 
-use crate::gltf::{Package, check_uv_set};
+use crate::color::unit_color;
+use crate::gltf::{Package, center, check_uv_set};
 use crate::polygons::fan;
 use crate::scene::{Image, Material, Scene};
 use crate::{Format, WriteFault};
 
 use super::Export;
-use super::color::unit;
 use super::materials::image_type;
 use super::parts::{Face, Part};
 use super::place::Place;
 use super::vertices::{Vertex, VertexTable};
-
-const FAR: f64 = 1e3;
 
 pub(super) fn write(
     export: &Export,
@@ -65,7 +63,7 @@ pub(super) fn write(
     if export.options.checker {
         package.add_checker(export.options.uv_set);
     }
-    add_seam_lines(&mut package, &export.seam_lines);
+    package.add_seam_lines(&export.seam_lines);
     Ok(package.write(format, out)?)
 }
 
@@ -102,7 +100,7 @@ fn material_json(material: &Material, texture: Option<usize>) -> Value {
     if !material.name.is_empty() {
         json["name"] = material.name.as_str().into();
     }
-    let color = material.base_color.map(unit);
+    let color = unit_color(material.base_color);
     if color[3] < 1.0 {
         json["alphaMode"] = "BLEND".into();
     }
@@ -236,7 +234,7 @@ impl Content {
         }
         if part.mesh.colors.is_some() {
             let color = |vertex: &Vertex| part.color(vertex.of as usize).unwrap_or([1.0; 4]);
-            let colors: Vec<_> = vertices.iter().map(|v| color(v).map(unit)).collect();
+            let colors: Vec<_> = vertices.iter().map(|v| unit_color(color(v))).collect();
             attributes.insert("COLOR_0".to_owned(), add_colors(package, &colors).into());
         }
         Ok(attributes)
@@ -323,24 +321,6 @@ fn or_up(normal: [f32; 3]) -> [f32; 3] {
     }
 }
 
-/// What to subtract from positions so that single precision is enough for them; zero if it is
-/// enough as they are. It is a number of single precision itself.
-fn center(positions: &[[f64; 3]]) -> [f64; 3] {
-    let far = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-    let [min, max] = positions.iter().fold(far, |[min, max], p| {
-        [
-            std::array::from_fn(|c| min[c].min(p[c])),
-            std::array::from_fn(|c| max[c].max(p[c])),
-        ]
-    });
-    let middle = add(scale(min, 0.5), scale(max, 0.5)).map(|c| f64::from(c as f32));
-    if middle.iter().all(|c| c.is_finite()) && length(middle) > FAR * length(sub(max, min)) {
-        middle
-    } else {
-        [0.0; 3]
-    }
-}
-
 fn node(mesh: usize, name: &str, place: &Place, center: [f64; 3]) -> Value {
     let mut node = json!({"mesh": mesh});
     if !name.is_empty() {
@@ -357,18 +337,4 @@ fn node(mesh: usize, name: &str, place: &Place, center: [f64; 3]) -> Value {
         None => {}
     }
     node
-}
-
-/// Seam lines far from the origin are moved as meshes are.
-fn add_seam_lines(package: &mut Package, segments: &[[[f64; 3]; 2]]) {
-    let center = center(segments.as_flattened());
-    let moved: Vec<_> = segments
-        .iter()
-        .map(|ends| ends.map(|end| sub(end, center)))
-        .collect();
-    package.add_seam_lines(&moved);
-    if center != [0.0; 3] {
-        let node = package.count("nodes") - 1;
-        package.json["nodes"][node]["translation"] = json!(center);
-    }
 }

@@ -8,9 +8,9 @@ use std::collections::HashMap;
 use std::fmt::Write;
 use std::rc::Rc;
 
+use crate::color::unit_color;
 use crate::scene::{Image, Scene};
 
-use super::color::unit;
 use super::names;
 
 /// The name of the MTL file of an OBJ file.
@@ -35,7 +35,7 @@ pub(super) fn companions(scene: &Scene, stem: &str) -> Vec<(String, Vec<u8>)> {
     let mut textures: HashMap<*const [u8], String> = HashMap::new();
     let mut text = String::new();
     for (material, name) in scene.materials.iter().zip(names(scene).0) {
-        let [r, g, b, opacity] = material.base_color.map(unit);
+        let [r, g, b, opacity] = unit_color(material.base_color);
         // Writing to a string cannot fail.
         let _ = write!(text, "newmtl {name}\nKd {r} {g} {b}\nd {opacity}\n");
         let Some((image, extension)) = material.texture.as_ref().and_then(usable) else {

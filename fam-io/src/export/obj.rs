@@ -11,9 +11,9 @@ use std::collections::HashMap;
 use std::io::{self, Write};
 
 use crate::Uvs;
+use crate::color::srgb_text;
 
 use super::Export;
-use super::color::srgb_text;
 use super::parts::Part;
 use super::place::Place;
 use super::{materials, names};

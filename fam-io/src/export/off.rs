@@ -6,8 +6,9 @@
 
 use std::io::{self, Write};
 
+use crate::color::srgb_bytes;
+
 use super::baked::Baked;
-use super::color::srgb_bytes;
 
 pub(super) fn write(baked: &Baked, out: &mut dyn Write) -> io::Result<()> {
     let letter = |wanted: bool, letter: &'static str| if wanted { letter } else { "" };

@@ -8,10 +8,10 @@
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
+use crate::color::srgb_bytes;
 use crate::{Format, Uvs, WriteFault};
 
 use super::baked::{Baked, BakedVertex};
-use super::color::srgb_bytes;
 
 pub(super) fn write(baked: &Baked, uvs: &Uvs, out: &mut dyn Write) -> Result<(), WriteFault> {
     if baked.vertex_count() as u64 > 1 << 32 {

@@ -8,8 +8,9 @@ use std::io::{self, Write};
 
 use fam_core::surface::vector::normalize;
 
+use crate::color::srgb_bytes;
+
 use super::baked::Baked;
-use super::color::srgb_bytes;
 
 pub(super) fn write(baked: &Baked, out: &mut dyn Write) -> io::Result<()> {
     let names = |wanted: bool, names: &'static str| if wanted { names } else { "" };

@@ -1,5 +1,6 @@
 //! Colours of vertices: the numbers after the coordinates of a `v`, sRGB between 0 and 1.
 
+use crate::color::linear_color;
 use crate::text;
 
 use super::statements::Statement;
@@ -68,11 +69,7 @@ fn linear(color: [f32; 3]) -> [f32; 4] {
     } else {
         WHITE
     };
-    let [r, g, b] = color.map(|c| match c.clamp(0.0, 1.0) {
-        c if c <= 0.04045 => c / 12.92,
-        c => ((c + 0.055) / 1.055).powf(2.4),
-    });
-    [r, g, b, 1.0]
+    linear_color(color.map(f64::from), 1.0)
 }
 
 #[cfg(test)]

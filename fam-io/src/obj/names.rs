@@ -5,6 +5,8 @@ use std::iter::repeat_n;
 
 use crate::polygons::Polygons;
 
+use super::statements::decode;
+
 /// The names in use, and where each of them holds.
 pub(super) struct Names {
     /// The name of the faces to come, if it is not that of the last run.
@@ -42,7 +44,9 @@ impl Names {
                 (self.used.len() - 1) as u32
             })
         });
-        self.runs.push((face, index));
+        if self.runs.last().is_none_or(|(_, last)| *last != index) {
+            self.runs.push((face, index));
+        }
     }
 
     /// The names that faces have, in the order of their first use.
@@ -74,6 +78,20 @@ impl Names {
         names
     }
 
+    /// The first face of every run of faces of one name, and the name; empty if all have the
+    /// same.
+    pub fn starts(&self) -> Vec<(usize, String)> {
+        let name =
+            |index: Option<u32>| index.map_or(String::new(), |at| decode(&self.used[at as usize]));
+        match self.runs.as_slice() {
+            [_] => Vec::new(),
+            runs => runs
+                .iter()
+                .map(|&(start, index)| (start, name(index)))
+                .collect(),
+        }
+    }
+
     /// How many faces follow each other with one name, and its index.
     fn runs(&self, faces: usize) -> impl Iterator<Item = (usize, Option<u32>)> {
         let ends = self.runs.iter().skip(1).map(|(start, _)| *start);
@@ -102,16 +120,25 @@ mod tests {
             add(&mut names, 3);
             add(&mut names, 4);
         }
-        names.set(None);
-        add(&mut names, 3);
-        names.set(name("unused"));
+        for _ in 0..2 {
+            names.set(None);
+            add(&mut names, 3);
+            names.set(name("unused"));
+        }
         assert_eq!(names.used(), [b"b", b"a"]);
         let (a, b) = (Some(1), Some(0));
-        assert_eq!(names.of_faces(&faces), [None, b, b, a, a, b, b, None]);
-        let triangles = [None, b, b, b, a, a, a, b, b, b, None];
+        assert_eq!(names.of_faces(&faces), [None, b, b, a, a, b, b, None, None]);
+        let triangles = [None, b, b, b, a, a, a, b, b, b, None, None];
         assert_eq!(names.of_triangles(&faces), triangles);
+
+        let starts = [(0, ""), (1, "b"), (3, "a"), (5, "b"), (7, "")];
+        assert_eq!(
+            names.starts(),
+            starts.map(|(at, name)| (at, name.to_owned()))
+        );
 
         let none = Names::starting_with(None);
         assert!(none.of_faces(&faces).is_empty() && none.of_triangles(&faces).is_empty());
+        assert!(none.starts().is_empty());
     }
 }

@@ -1,4 +1,4 @@
-//! An OBJ file as a scene: one mesh with all faces.
+//! An OBJ file as a scene: one mesh with all faces, and with its objects.
 
 use fam_core::surface::vector;
 
@@ -30,6 +30,7 @@ pub(super) fn scene(
         colors,
         normals,
         materials: model.materials.of_faces(&model.faces.vertices),
+        objects: model.objects.starts(),
         positions: model.numbers.positions,
         polygons: model.faces.vertices,
     };

@@ -1,0 +1,82 @@
+//! PLY files as a reader sees them that is not ours.
+
+use std::iter::zip;
+
+use fam_core::surface::{Surface, UvMap};
+use fam_io::Document;
+use ply_rs_bw::parser::Parser;
+use ply_rs_bw::ply::{DefaultElement, Property};
+
+/// Checks that a file, whose lines do not end in `\r`, has the surface and the UVs of a document.
+pub fn check(file: &[u8], document: &Document) {
+    let parser = Parser::<DefaultElement>::new();
+    let ply = parser.read_ply(&mut &*file).unwrap();
+    let vertices = &ply.payload["vertex"];
+    let positions = document.surface().positions();
+    assert_eq!(vertices.len(), positions.len());
+    for (vertex, position) in zip(vertices, positions) {
+        for (name, &c) in zip(["x", "y", "z"], position) {
+            // The text of a number of single precision is read as double by one of the two.
+            let found = numbers(&vertex[name])[0];
+            assert!(found == c || found == f64::from(c as f32), "{found} {c}");
+        }
+    }
+    let mesh = match document.surface() {
+        Surface::Mesh(mesh) => mesh,
+        Surface::PointCloud(_) => {
+            let uvs: Vec<_> = vertices.iter().map(|v| uv_of(v).unwrap()).collect();
+            assert_eq!(document.point_uvs(), Some(&*uvs));
+            return;
+        }
+    };
+    let mut triangles = Vec::new();
+    let mut uvs = Vec::new();
+    for face in &ply.payload["face"] {
+        let corners = numbers(&face["vertex_indices"]);
+        let of_corners = face.get("texcoord").map(numbers);
+        let uv = |at: usize| {
+            let of_vertex = uv_of(&vertices[corners[at] as usize]);
+            of_vertex.unwrap_or_else(|| {
+                let uvs = of_corners.as_ref().unwrap();
+                [uvs[2 * at] as f32, uvs[2 * at + 1] as f32]
+            })
+        };
+        for fan in (2..corners.len()).map(|at| [0, at - 1, at]) {
+            triangles.push(fan.map(|at| corners[at] as u32));
+            uvs.push(fan.map(uv));
+        }
+    }
+    assert_eq!(mesh.triangles(), triangles);
+    let map: &UvMap = document.uv_map().unwrap();
+    let expected: Vec<_> = (0..triangles.len()).map(|t| map.corners(t)).collect();
+    assert_eq!(uvs, expected);
+}
+
+fn uv_of(vertex: &DefaultElement) -> Option<[f32; 2]> {
+    let number = |name: &str| Some(numbers(vertex.get(name)?)[0] as f32);
+    Some([number("s")?, number("t")?])
+}
+
+fn numbers(property: &Property) -> Vec<f64> {
+    fn all<T: Copy + Into<f64>>(list: &[T]) -> Vec<f64> {
+        list.iter().map(|&number| number.into()).collect()
+    }
+    match property {
+        Property::Char(number) => all(&[*number]),
+        Property::UChar(number) => all(&[*number]),
+        Property::Short(number) => all(&[*number]),
+        Property::UShort(number) => all(&[*number]),
+        Property::Int(number) => all(&[*number]),
+        Property::UInt(number) => all(&[*number]),
+        Property::Float(number) => all(&[*number]),
+        Property::Double(number) => all(&[*number]),
+        Property::ListChar(list) => all(list),
+        Property::ListUChar(list) => all(list),
+        Property::ListShort(list) => all(list),
+        Property::ListUShort(list) => all(list),
+        Property::ListInt(list) => all(list),
+        Property::ListUInt(list) => all(list),
+        Property::ListFloat(list) => all(list),
+        Property::ListDouble(list) => all(list),
+    }
+}
