@@ -1,44 +1,165 @@
 //! glTF 2.0, as GLB and as JSON.
+//!
+//! Buffers are in the binary chunk, in data URIs or in files, whose paths are relative to the
+//! document and may leave its folder; absolute paths and URLs are refused. A required
+//! extension is no obstacle, except for the compressions `KHR_draco_mesh_compression`,
+//! `EXT_meshopt_compression` and `KHR_meshopt_compression`.
+//!
+//! - The surface is that of all triangles: lists, strips and fans, with or without indices,
+//!   floats or quantized, sparse or not. Points and lines are only kept, but if there are no
+//!   triangles, the vertices of the points are a point cloud.
+//! - Its vertices are in the coordinates of the scene. A mesh is where the first node puts it
+//!   that uses it (by the default scene, the other scenes, and then the other nodes); other
+//!   places of the mesh are no part of the surface. A skinned node, one whose transform is
+//!   singular and a mesh without a node count as not transformed.
+//! - Primitives of a mesh with the same accessors as attributes and morph targets share their
+//!   vertices. Triangles are those of the file in order; the ones that join the parts of a
+//!   strip or fan are left out.
+//! - UVs are those of `TEXCOORD_0`, and normals those of `NORMAL`, if all primitives have them.
+//!
+//! # What is written
+//! UVs are written as floats to the set asked for, on all triangles. Sets are numbered without
+//! gaps, so the same UVs become the sets below that are missing. Where the UVs of a vertex
+//! differ, all of its attributes, bit by bit, and its morph targets are there several times;
+//! copies come after all other vertices. Indices are rewritten only where the vertices of
+//! triangles change; strips and fans become lists then. Tangents are left out if they belong
+//! to UVs that have been replaced.
+//!
+//! Everything else stays: names, materials, nodes, animations, skins, lines and points, extras
+//! and extensions, known or not, and the order of it all. What is out of use after writing
+//! makes room for what is new, so that files do not grow when they are written again. Any
+//! number in an extension that may refer to an accessor or a buffer view counts as a
+//! reference to it.
+//!
+//! The output stands alone: one buffer, and images that were files are embedded if they are
+//! PNG, JPEG, WebP or KTX2 files at a relative path; others stay where they are. The names of
+//! buffers but the first, and chunks of a GLB that are neither JSON nor binary are lost.
 
 mod checker;
+mod compact;
+mod elements;
+mod geometry;
 mod glb;
+mod images;
+mod load;
 mod package;
+mod read;
+mod scene;
 mod seam_lines;
+mod tangents;
+mod transforms;
+mod uri;
+mod usage;
+mod value;
+mod write;
 
+use std::collections::BTreeMap;
 use std::io::{self, Write};
 
 use crate::document::{Content, Parsed};
-use crate::scene::Scene;
+use crate::scene::{Node, Scene};
 use crate::{Format, ReadFault, Uvs, WriteFault, WriteOptions};
+use compact::Before;
+use geometry::Geometry;
+use load::{Loaded, load};
+use write::UvWriter;
 
 pub(crate) use package::Package;
+
+/// The highest set of UVs that is written: the sets below it must all be there.
+const LAST_UV_SET: u32 = 15;
 
 /// A glTF document, to be written back.
 #[derive(Debug, Clone)]
 pub(crate) struct Source {
-    format: Format,
+    loaded: Loaded,
+    geometry: Geometry,
+    /// Where the meshes are.
+    nodes: Vec<Node>,
 }
 
-pub(crate) fn parse(_content: Content) -> Result<Parsed<Source>, ReadFault> {
-    Err(ReadFault::Unsupported("glTF is".to_owned()))
+pub(crate) fn parse(content: Content) -> Result<Parsed<Source>, ReadFault> {
+    let loaded = load(content)?;
+    let package = &loaded.package;
+    let geometry = Geometry::of(package, loaded.size)?;
+    let nodes = transforms::placed_meshes(&package.json)?;
+    let surface = read::surface(package, &geometry, &nodes)?;
+    Ok(Parsed {
+        uvs: read::uvs(package, &geometry, &surface),
+        labels: read::labels(package, &geometry),
+        surface,
+        source: Source {
+            loaded,
+            geometry,
+            nodes,
+        },
+    })
 }
 
 impl Source {
     pub fn format(&self) -> Format {
-        self.format
+        self.loaded.format
     }
 
     pub fn scene(&self) -> io::Result<Scene> {
-        Ok(Scene::default())
+        let Loaded {
+            package, folder, ..
+        } = &self.loaded;
+        Ok(scene::scene(
+            package,
+            folder.as_deref(),
+            &self.geometry,
+            &self.nodes,
+        ))
     }
 
     pub fn write(
         &self,
-        _uvs: &Uvs,
+        uvs: &Uvs,
         format: Format,
-        _options: &WriteOptions,
-        _out: &mut dyn Write,
+        options: &WriteOptions,
+        out: &mut dyn Write,
     ) -> Result<(), WriteFault> {
-        Err(WriteFault::NoPlaceForUvs(format))
+        if options.uv_set > LAST_UV_SET {
+            let problem = format!("the last set of UVs that is written is {LAST_UV_SET}");
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, problem).into());
+        }
+        let segments = self.segments(&options.seam_lines)?;
+        let mut package = self.loaded.package.clone();
+        let before = Before::of(&package);
+        let mut writer = UvWriter {
+            package: &mut package,
+            geometry: &self.geometry,
+            uv_set: options.uv_set,
+            replaced: BTreeMap::new(),
+        };
+        match uvs {
+            Uvs::Mesh(uvs) => writer.write_mesh(uvs),
+            Uvs::Points(uvs) => writer.write_points(uvs),
+        }
+        let replaced = writer.replaced;
+        if options.checker {
+            package.add_checker(options.uv_set);
+        }
+        package.add_seam_lines(&segments);
+        if let Some(folder) = &self.loaded.folder {
+            images::embed(&mut package, folder, format);
+        }
+        before.compact(&mut package, &replaced);
+        Ok(package.write(format, out)?)
+    }
+
+    /// Edges between vertices of the surface, in the coordinates of the scene.
+    fn segments(&self, edges: &[[u32; 2]]) -> Result<Vec<[[f64; 3]; 2]>, WriteFault> {
+        if edges.is_empty() {
+            return Ok(Vec::new());
+        }
+        let positions = read::positions(&self.loaded.package, &self.geometry, &self.nodes);
+        let end = |index: u32| {
+            let count = positions.len();
+            let fault = WriteFault::SeamOutOfRange { index, count };
+            positions.get(index as usize).copied().ok_or(fault)
+        };
+        edges.iter().map(|&[a, b]| Ok([end(a)?, end(b)?])).collect()
     }
 }

@@ -6,7 +6,7 @@ use ::gltf::json::mesh::{TRIANGLE_FAN, TRIANGLES};
 use image::{ImageFormat, Rgb, RgbImage};
 use serde_json::{Value, json};
 
-use super::package::Package;
+use super::Package;
 
 /// Fields along each side of the image, and pixels along each side of a field.
 const FIELDS: u32 = 8;
@@ -57,17 +57,12 @@ impl Package {
     /// The index of the checker image, which is there once even if it is asked for again.
     fn checker_image(&mut self) -> usize {
         let png = png();
-        let views = self.entries("bufferViews");
         let is_checker = |image: &Value| {
-            let view = views.get(image["bufferView"].as_u64()? as usize)?;
-            let start = view["byteOffset"].as_u64().unwrap_or(0) as usize;
-            let end = start.checked_add(view["byteLength"].as_u64()? as usize)?;
-            Some(self.bin.get(start..end)? == png)
+            let view = image["bufferView"].as_u64();
+            view.and_then(|view| self.view_bytes(view as usize)) == Some(&png)
         };
         let images = self.entries("images");
-        let present = images
-            .iter()
-            .position(|image| is_checker(image) == Some(true));
+        let present = images.iter().position(is_checker);
         present.unwrap_or_else(|| {
             let view = self.add_view(&png, None, None);
             let image = json!({"name": "checker", "mimeType": "image/png", "bufferView": view});

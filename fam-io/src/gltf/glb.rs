@@ -27,7 +27,11 @@ pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ReadFault> {
     let mut rest = file.get(HEADER..).unwrap_or_default();
     let (mut json, mut bin) = (None, None);
     while !rest.is_empty() {
-        let (kind, content, next) = chunk(rest)?;
+        let Chunk {
+            kind,
+            content,
+            next,
+        } = chunk(rest)?;
         match kind {
             JSON if json.is_none() => json = Some(content),
             BIN if json.is_some() && bin.is_none() => bin = Some(content),
@@ -40,7 +44,14 @@ pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ReadFault> {
     Ok((json, bin))
 }
 
-fn chunk(bytes: &[u8]) -> Result<(&[u8; 4], &[u8], &[u8]), ReadFault> {
+struct Chunk<'a> {
+    kind: &'a [u8; 4],
+    content: &'a [u8],
+    /// What follows it.
+    next: &'a [u8],
+}
+
+fn chunk(bytes: &[u8]) -> Result<Chunk<'_>, ReadFault> {
     let header = number(bytes, 0).zip(bytes.get(4..).and_then(|kind| kind.first_chunk()));
     let (length, kind) = header.ok_or_else(|| malformed("a chunk of the GLB is cut off"))?;
     let (content, next) = bytes[CHUNK_HEADER..]
@@ -51,7 +62,11 @@ fn chunk(bytes: &[u8]) -> Result<(&[u8; 4], &[u8], &[u8]), ReadFault> {
                 bytes.len() - CHUNK_HEADER
             ))
         })?;
-    Ok((kind, content, next))
+    Ok(Chunk {
+        kind,
+        content,
+        next,
+    })
 }
 
 fn number(bytes: &[u8], at: usize) -> Option<u32> {

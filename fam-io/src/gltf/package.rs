@@ -49,6 +49,14 @@ impl Package {
         self.entries(array).len()
     }
 
+    /// The bytes of a buffer view; `None` if there is no such view.
+    pub fn view_bytes(&self, view: usize) -> Option<&[u8]> {
+        let view = self.entries("bufferViews").get(view)?;
+        let start = usize::try_from(view["byteOffset"].as_u64().unwrap_or(0)).ok()?;
+        let length = usize::try_from(view["byteLength"].as_u64()?).ok()?;
+        self.bin.get(start..start.checked_add(length)?)
+    }
+
     /// Appends bytes as a buffer view.
     pub fn add_view(&mut self, bytes: &[u8], target: Option<u32>, stride: Option<u32>) -> usize {
         self.bin
@@ -106,12 +114,25 @@ impl Package {
 
     /// Appends indices into so many vertices, in 16 bits if that is enough, else in 32.
     pub fn add_indices(&mut self, indices: &[u32], vertices: usize) -> usize {
+        // The greatest number of a type is no index.
         let component_type = if vertices <= usize::from(u16::MAX) {
             UNSIGNED_SHORT
         } else {
             UNSIGNED_INT
         };
-        let bytes = index_bytes(indices, component_type);
+        self.add_indices_as(indices, component_type)
+    }
+
+    /// Appends indices as numbers of a component type that holds them.
+    pub(super) fn add_indices_as(&mut self, indices: &[u32], component_type: u32) -> usize {
+        let bytes: Vec<u8> = match component_type {
+            UNSIGNED_BYTE => indices.iter().map(|&i| i as u8).collect(),
+            UNSIGNED_SHORT => {
+                let narrow = indices.iter().map(|&i| i as u16);
+                narrow.flat_map(u16::to_le_bytes).collect()
+            }
+            _ => indices.iter().flat_map(|i| i.to_le_bytes()).collect(),
+        };
         let view = self.add_view(&bytes, Some(ELEMENT_ARRAY_BUFFER), None);
         self.add_accessor(view, component_type, "SCALAR", indices.len(), None)
     }
@@ -143,20 +164,8 @@ pub(super) fn data_uri(media_type: &str, bytes: &[u8]) -> String {
     format!("data:{media_type};base64,{}", BASE64_STANDARD.encode(bytes))
 }
 
-/// Indices as numbers of a component type that holds them.
-pub(super) fn index_bytes(indices: &[u32], component_type: u32) -> Vec<u8> {
-    match component_type {
-        UNSIGNED_BYTE => indices.iter().map(|&i| i as u8).collect(),
-        UNSIGNED_SHORT => {
-            let narrow = indices.iter().map(|&i| i as u16);
-            narrow.flat_map(u16::to_le_bytes).collect()
-        }
-        _ => indices.iter().flat_map(|i| i.to_le_bytes()).collect(),
-    }
-}
-
 /// The least and the greatest value of each component.
-pub(super) fn bounds<const N: usize>(values: &[[f32; N]]) -> [[f32; N]; 2] {
+fn bounds<const N: usize>(values: &[[f32; N]]) -> [[f32; N]; 2] {
     let start = [[f32::INFINITY; N], [f32::NEG_INFINITY; N]];
     values.iter().fold(start, |[min, max], value| {
         [

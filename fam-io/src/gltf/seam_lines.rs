@@ -3,7 +3,7 @@
 use ::gltf::json::mesh::LINES;
 use serde_json::{Value, json};
 
-use super::package::Package;
+use super::Package;
 
 const NAME: &str = "seams";
 
