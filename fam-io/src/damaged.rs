@@ -20,14 +20,28 @@ fn ply(vertices: &str, faces: &str, body: &str) -> String {
 /// Small files that use every part of the readers.
 fn seeds() -> Vec<(Format, Vec<u8>)> {
     let body = b"\0\0\0\0\0\0\x80?\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x80?\x03\0\0\0\0\x01\0\0\0\0\0\0\0";
-    let mut binary = ply("2", "1", "")
-        .replace("ascii", "binary_little_endian")
-        .into_bytes();
-    binary.extend(body);
-    let big = String::from_utf8_lossy(&binary[..60])
-        .replace("little", "big")
-        .into_bytes();
-    let big = [&big, &binary[60..]].concat();
+    let header = |encoding| ply("2", "1", "").replace("ascii", encoding).into_bytes();
+    let little = [&header("binary_little_endian"), &body[..]].concat();
+    let big = [&header("binary_big_endian"), &body[..]].concat();
+    let corner_uvs = ply(
+        "3",
+        "1",
+        "0 0 0 9\n1 0 0 8\n0 1 0 7\n3 0 1 2 6 0 0 1 0 0 1\n",
+    )
+    .replace("\nelement face", "\nproperty uchar s\nelement face")
+    .replace("\nend", "\nproperty list uchar float texcoord\nend");
+    let strips = ply("4", "1", "0 0 0\n1 0 0\n0 1 0\n1 1 0\n8 0 1 2 3 -1 0 2 3\n")
+        .replace("element face", "comment c\r\nelement tristrips");
+    let stl = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n\
+               vertex 0 1 0\nendloop\nendfacet\nendsolid\n";
+    let mut binary_stl = vec![0; 80];
+    binary_stl.extend([1, 0, 0, 0]);
+    binary_stl.extend((0..50).map(|i| i * 5));
+    let binary_off = [
+        &b"STOFF BINARY\n\0\0\0\x01\0\0\0\x01\0\0\0\0"[..],
+        &body[..20],
+        b"\0\0\0\x03\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x01?\0\0\0",
+    ];
     vec![
         (
             Format::Obj,
@@ -45,8 +59,13 @@ fn seeds() -> Vec<(Format, Vec<u8>)> {
             Format::Ply,
             ply("3", "1", "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").into_bytes(),
         ),
-        (Format::Ply, binary),
+        (Format::Off, binary_off.concat()),
+        (Format::Ply, little),
         (Format::Ply, big),
+        (Format::Ply, corner_uvs.into_bytes()),
+        (Format::Ply, strips.into_bytes()),
+        (Format::Stl, stl.repeat(2).into_bytes()),
+        (Format::Stl, binary_stl),
         (
             Format::Xyz,
             b"# x y z nx ny nz u v\n3\n1,2,3,0,0,1,.5,.5\n4 5 6 0 1 0 1 1\n".to_vec(),
@@ -103,6 +122,10 @@ fn damaged_files_never_panic() {
                 }
             };
             read += 1;
+            document.scene().unwrap();
+            if format == Format::Stl {
+                continue;
+            }
             let mut out = Vec::new();
             let uvs = match document.surface() {
                 Surface::Mesh(mesh) => {

@@ -377,7 +377,8 @@ impl Document {
             Source::Obj(source) => source.scene(),
             Source::Off(source) => source.scene(),
             Source::Ply(source) => source.scene(),
-            Source::None | Source::Stl(_) | Source::Xyz(_) => Ok(Scene::of_surface(&self.surface)),
+            Source::None | Source::Stl(_) => Ok(Scene::of_surface(&self.surface)),
+            Source::Xyz(source) => Ok(source.scene(&self.surface)),
         }
     }
 

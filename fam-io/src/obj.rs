@@ -23,22 +23,28 @@
 //! and `vn` stay as written. A polygon with a seam inside becomes triangles. Lines (`l`) and
 //! faces of two corners lose their `vt` references.
 
+mod colors;
 mod corner;
 mod faces;
+mod materials;
 mod model;
 mod names;
 mod numbers;
+mod scene;
 mod statements;
 mod write;
 
 use std::fs;
 use std::io::{self, Write};
+use std::path::PathBuf;
 
 use fam_core::surface::{Surface, SurfaceError};
 
 use crate::document::{Content, Parsed, surface, vertex_uvs};
 use crate::scene::Scene;
 use crate::{ReadFault, Uvs};
+use colors::Colors;
+use materials::Libraries;
 use model::Model;
 use statements::{Fingerprint, open};
 
@@ -109,7 +115,36 @@ impl Source {
         }
     }
 
+    /// One mesh with all faces, as they are in the file.
     pub fn scene(&self) -> io::Result<Scene> {
-        Ok(Scene::default())
+        let mut colors = Colors::default();
+        let model = Model::read(&self.content, |statement| colors.push(statement));
+        let model = model.map_err(|fault| match fault {
+            ReadFault::Io(error) => error,
+            _ => write::changed(),
+        })?;
+        if model.fingerprint != self.fingerprint {
+            return Err(write::changed());
+        }
+        let names = model.material_names();
+        let materials = match self.libraries() {
+            Some(libraries) => libraries.materials(&names)?,
+            None => names.iter().map(|name| materials::white(name)).collect(),
+        };
+        Ok(scene::scene(model, colors.finish(), materials))
+    }
+
+    /// The material files that the file names and the images that these name, relative to
+    /// its folder. They are needed where the file is.
+    pub(crate) fn companions(&self) -> Vec<PathBuf> {
+        self.libraries()
+            .map_or_else(Vec::new, |libraries| libraries.files())
+    }
+
+    fn libraries(&self) -> Option<Libraries<'_>> {
+        match &self.content {
+            Content::File(path) => Some(Libraries::find(path.parent()?, &self.libraries)),
+            Content::Bytes(_) => None,
+        }
     }
 }

@@ -7,26 +7,33 @@
 //!
 //! - A vertex has three coordinates and then, by the letters of the keyword, a normal (`N`),
 //!   a colour (`C`, any number of columns) and a UV (`ST`, the last two columns). More columns
-//!   than announced are taken for a colour. Four-dimensional (`4OFF`), n-dimensional (`nOFF`)
-//!   and binary files are not read.
+//!   than announced are taken for a colour. Four-dimensional (`4OFF`) and n-dimensional
+//!   (`nOFF`) files are not read.
 //! - A face has its number of corners, the zero-based vertices and possibly a colour. Faces of
 //!   fewer than three corners are no part of the surface. Without faces it is a point cloud.
+//! - Colours of vertices are three or four columns, from 0 to 255 if a vertex has one above 1,
+//!   else from 0 to 1.
+//! - A file that has `BINARY` after its keyword goes on with big-endian 32-bit numbers: the
+//!   three counts, the vertices (colours have four components), and the faces, each with its
+//!   number of corners, its vertices, its number of colour components and those.
 //!
 //! Writing makes the keyword one with `ST` and puts a UV at the end of each vertex, replacing
 //! an old one; everything else stays as it is in the file. A vertex with several UVs is split,
 //! its copies come after the last vertex. A vertex in no face has the UV 0 0. A polygon with a
-//! seam inside becomes triangles of the same colour.
+//! seam inside becomes triangles of the same colour. A binary file is written as text.
 
-use std::io::{self, Write};
+mod binary;
+mod write;
+
+use std::io;
 use std::ops::Range;
 
-use fam_core::surface::UvMap;
-
+use crate::color::linear_color;
 use crate::document::{Parsed, surface, vertex_uvs};
-use crate::polygons::{Polygons, Split};
-use crate::scene::Scene;
-use crate::text::{self, Edits, coordinate, excerpt, is_blank, lines, syntax, words};
-use crate::{Labels, ReadFault, Uvs};
+use crate::polygons::Polygons;
+use crate::scene::{Mesh, Scene, corner_normals};
+use crate::text::{self, coordinate, excerpt, is_blank, lines, syntax, words};
+use crate::{Labels, ReadFault};
 
 /// An OFF file, to be written back.
 #[derive(Debug, Clone)]
@@ -81,6 +88,7 @@ fn rows(bytes: &[u8]) -> impl Iterator<Item = Row> + '_ {
 }
 
 pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
+    let bytes = binary::as_text(bytes)?;
     let mut rows = rows(&bytes);
     let first = rows.next().ok_or_else(|| syntax(1, "the file is empty"))?;
     let mut header = first.words(&bytes);
@@ -285,105 +293,77 @@ fn corners(bytes: &[u8], row: &Row, face: usize, count: usize) -> Result<Vec<u32
 }
 
 impl Source {
-    pub fn write(&self, uvs: &Uvs, out: &mut dyn Write) -> io::Result<()> {
-        match uvs {
-            Uvs::Mesh(uvs) => self.write_mesh(uvs, out),
-            Uvs::Points(uvs) => self.write_points(uvs, out),
-        }
-    }
-
     pub fn scene(&self) -> io::Result<Scene> {
-        Ok(Scene::default())
+        let vertices = Vertices::parse(&self.bytes, &self.vertices, self.letters);
+        let vertices = vertices.map_err(io::Error::other)?;
+        let normals = self.letters.normals.then_some(vertices.normals);
+        Ok(Scene::of_mesh(Mesh {
+            positions: vertices.positions,
+            colors: self.colors(),
+            normals: normals.map(|normals| corner_normals(&self.polygons, &normals)),
+            polygons: self.polygons.clone(),
+            ..Mesh::default()
+        }))
     }
 
-    fn write_mesh(&self, uvs: &UvMap, out: &mut dyn Write) -> io::Result<()> {
-        let split = Split::at_seams(self.vertices.len(), &self.polygons, uvs);
-        let mut edits = self.with_vertex_uvs(&split.uvs[..self.vertices.len()]);
-        let line_end = text::line_end(&self.bytes);
-        if let Some(last) = self.vertices.last() {
-            let added = split.added.iter().zip(&split.uvs[self.vertices.len()..]);
-            for (&vertex, [u, v]) in added {
-                let row = &self.vertices[vertex as usize];
-                let copied = self.text(row.text.start..self.uv_place(row).start);
-                let line = format_args!("{} {u} {v}{line_end}", copied.trim());
-                edits.replace(last.next..last.next, line);
-            }
-        }
-        if !split.added.is_empty() {
-            edits.replace(self.vertex_count.clone(), split.uvs.len());
-        }
-        let mut face_count = self.faces.len();
-        let mut polygons = self.polygons.iter().zip(&split.faces);
-        for row in &self.faces {
+    /// The colours of the vertices, if all have one.
+    fn colors(&self) -> Option<Vec<[f32; 4]>> {
+        let before = if self.letters.normals { 6 } else { 3 };
+        let after = if self.letters.uvs { 2 } else { 0 };
+        let color = |row: &Row| -> Option<[f64; 4]> {
             let words = row.words(&self.bytes);
-            let corners: usize = text::parse(&self.bytes[words[0].clone()]).unwrap_or(0);
-            if corners < 3 {
-                continue;
+            let words = words.get(before..words.len() - after)?;
+            let number = |word: &Range<usize>| text::parse::<f64>(&self.bytes[word.clone()]);
+            match words {
+                [r, g, b] => Some([number(r)?, number(g)?, number(b)?, f64::NAN]),
+                [r, g, b, a] => Some([number(r)?, number(g)?, number(b)?, number(a)?]),
+                _ => None,
             }
-            let Some((polygon, pieces)) = polygons.next() else {
-                break;
-            };
-            if let [whole] = pieces.as_slice() {
-                for ((word, old), new) in words[1..].iter().zip(polygon).zip(whole) {
-                    if old != new {
-                        edits.replace(word.clone(), new);
-                    }
-                }
-                continue;
-            }
-            face_count += pieces.len() - 1;
-            let color = self.text(words[corners].end..row.text.end);
-            let faces: Vec<String> = pieces
-                .iter()
-                .map(|piece| format!("3 {} {} {}", piece[0], piece[1], piece[2]))
-                .collect();
-            let between = format!("{}{line_end}", color.trim_end());
-            edits.replace(words[0].start..words[corners].end, faces.join(&between));
-        }
-        if face_count != self.faces.len() {
-            edits.replace(self.face_count.clone(), face_count);
-        }
-        edits.apply(&self.bytes, out)
-    }
-
-    fn write_points(&self, uvs: &[[f32; 2]], out: &mut dyn Write) -> io::Result<()> {
-        self.with_vertex_uvs(uvs).apply(&self.bytes, out)
-    }
-
-    /// The new keyword, and the UVs of the vertices that are there.
-    fn with_vertex_uvs(&self, uvs: &[[f32; 2]]) -> Edits {
-        let mut edits = Edits::default();
-        let line_end = text::line_end(&self.bytes);
-        let after = if self.keyword.is_empty() {
-            line_end
-        } else {
-            ""
         };
-        let letter = |wanted: bool, letter: &'static str| if wanted { letter } else { "" };
-        let colors = letter(self.letters.colors, "C");
-        let normals = letter(self.letters.normals, "N");
-        let keyword = format_args!("ST{colors}{normals}OFF{after}");
-        edits.replace(self.keyword.clone(), keyword);
-        for (row, [u, v]) in self.vertices.iter().zip(uvs) {
-            let place = self.uv_place(row);
-            let before = if place.is_empty() { " " } else { "" };
-            edits.replace(place, format_args!("{before}{u} {v}"));
-        }
-        edits
+        let colors: Option<Vec<[f64; 4]>> = self.vertices.iter().map(color).collect();
+        let colors = colors?;
+        let bytes = colors.as_flattened().iter().any(|&c| c > 1.0);
+        let largest = if bytes { 255.0 } else { 1.0 };
+        let linear = |&[r, g, b, a]: &[f64; 4]| {
+            let opacity = if a.is_nan() { 1.0 } else { a / largest };
+            linear_color([r, g, b].map(|c| c / largest), opacity)
+        };
+        Some(colors.iter().map(linear).collect())
     }
+}
 
-    /// Where the UV of a vertex is, or an empty range where to insert it.
-    fn uv_place(&self, row: &Row) -> Range<usize> {
-        let words = row.words(&self.bytes);
-        let end = words[words.len() - 1].end;
-        if self.letters.uvs {
-            words[words.len() - 2].start..end
-        } else {
-            end..end
-        }
-    }
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-    fn text(&self, range: Range<usize>) -> std::borrow::Cow<'_, str> {
-        String::from_utf8_lossy(&self.bytes[range])
+    #[test]
+    fn a_scene_has_polygons_colours_and_normals() {
+        let scene = |text: &str| {
+            let source = parse(text.as_bytes().to_vec()).unwrap().source;
+            source.scene().unwrap().meshes.remove(0)
+        };
+        let mesh = scene(
+            "STCNOFF 4 3 0\n0 0 0 0 0 2 255 0 0 .5 .5\n1 0 0 0 3 0 0 255 0 51 .5 .5\n\
+             1 1 0 0 0 1 1 0 0 1 1\n0 1 0 1 0 0 0 0 0 255 1 1\n4 0 1 2 3 7\n2 0 1\n3 3 0 1\n",
+        );
+        assert_eq!(mesh.positions[2], [1.0, 1.0, 0.0]);
+        let polygons: Vec<&[u32]> = mesh.polygons.iter().collect();
+        assert_eq!(polygons, [&[0, 1, 2, 3][..], &[3, 0, 1]]);
+        let normals = mesh.normals.unwrap();
+        assert_eq!(normals.len(), 7);
+        assert_eq!(normals[4..], [[1., 0., 0.], [0., 0., 2.], [0., 3., 0.]]);
+        let colors = mesh.colors.unwrap();
+        assert_eq!(colors[0], [1.0, 0.0, 0.0, 1.0]);
+        assert_eq!(colors[1], [0.0, 1.0, 0.0, 0.2]);
+
+        // A cloud has its normals per point; colours without a value above 1 go up to 1.
+        let mesh = scene("CNOFF 2 0 0\n0 0 0 0 0 1 1 0 0\n1 0 0 0 1 0 0 0 1 0\n");
+        assert_eq!(mesh.normals.unwrap(), [[0., 0., 1.], [0., 1., 0.]]);
+        let colors = [[1., 0., 0., 1.], [0., 0., 1., 0.]];
+        assert_eq!(mesh.colors.unwrap(), colors);
+        // An index of a colour map, or not the same for all.
+        assert_eq!(scene("COFF 1 0 0\n0 0 0 3\n").colors, None);
+        assert_eq!(scene("COFF 2 0 0\n0 0 0 1 1 1\n0 1 0\n").colors, None);
+        assert_eq!(scene("OFF 1 0 0\n0 0 0\n").colors, None);
     }
 }

@@ -331,3 +331,58 @@ fn triangles(
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scene_has_polygons_colours_and_normals() {
+        let scene = |properties: &str, rows: [&str; 3]| {
+            let rows = rows.join("\n");
+            let text = format!(
+                "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+                 property float z\n{properties}element face 2\n\
+                 property list uchar int vertex_indices\nend_header\n{rows}\n2 0 1\n4 2 1 0 1\n"
+            );
+            let source = parse(text.into_bytes()).unwrap().source;
+            source.scene().unwrap().meshes.remove(0)
+        };
+        let list = |kind: &str, names: &[&str]| -> String {
+            let line = |name| format!("property {kind} {name}\n");
+            names.iter().map(line).collect()
+        };
+        let rgb = ["red", "green", "blue"];
+        let properties = list("uchar", &rgb) + &list("float", &["nx", "ny", "nz", "alpha"]);
+        let mesh = scene(
+            &properties,
+            [
+                "0 0 0 255 0 0 0 0 1 .5",
+                "1 0 0 0 0 0 nan 0 0 1",
+                "0 1 0 0 255 0 0 3 0 9",
+            ],
+        );
+        assert_eq!(mesh.positions[1], [1.0, 0.0, 0.0]);
+        assert_eq!(mesh.polygons.iter().collect::<Vec<_>>(), [[2, 1, 0, 1]]);
+        let normals = [[0., 3., 0.], [0.; 3], [0., 0., 1.], [0.; 3]];
+        assert_eq!(mesh.normals.unwrap(), normals);
+        let colors = [[1., 0., 0., 0.5], [0., 0., 0., 1.], [0., 1., 0., 1.]];
+        assert_eq!(mesh.colors.unwrap(), colors);
+
+        let shorts = scene(
+            &list("ushort", &rgb),
+            ["0 0 0 65535 0 0", "1 0 0 0 0 0", "0 1 0 0 0 0"],
+        );
+        assert_eq!(shorts.colors.unwrap()[0], [1.0, 0.0, 0.0, 1.0]);
+        let floats = scene(
+            &list("float", &rgb),
+            ["0 0 0 1 0 0", "1 0 0 0 0 0", "0 1 0 0 0 0"],
+        );
+        assert_eq!(floats.colors.unwrap()[0], [1.0, 0.0, 0.0, 1.0]);
+        let lists = scene(
+            "property list uchar uchar red\n",
+            ["0 0 0 0", "1 0 0 0", "0 1 0 0"],
+        );
+        assert!(lists.colors.is_none() && lists.normals.is_none());
+    }
+}

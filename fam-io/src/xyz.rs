@@ -5,7 +5,9 @@
 //! of points or the names of the columns; the number is not looked at.
 //!
 //! - Columns 4 to 6 are normals if every point has them and each is of unit length to within
-//!   0.01; otherwise they are taken for something else, such as a colour, and only kept.
+//!   0.01; otherwise they are taken for something else and only kept.
+//! - The next three columns are colours if all are whole numbers from 0 to 255 and one is above
+//!   1; this matters only for writing another format.
 //! - The last two columns are UVs if a line before the first point, comment or not, names the
 //!   columns and ends in `u v`.
 //!
@@ -15,10 +17,12 @@
 use std::io::{self, Write};
 use std::ops::Range;
 
-use fam_core::surface::vector;
+use fam_core::surface::{Surface, vector};
 
+use crate::color::linear_color;
 use crate::document::{Parsed, surface, vertex_uvs};
 use crate::polygons::Polygons;
+use crate::scene::Scene;
 use crate::text::{self, Edits, coordinate, lines, words};
 use crate::{Labels, ReadFault, Uvs};
 
@@ -158,6 +162,30 @@ impl Source {
         }
     }
 
+    pub fn scene(&self, surface: &Surface) -> Scene {
+        let mut scene = Scene::of_surface(surface);
+        scene.meshes[0].colors = self.colors();
+        scene
+    }
+
+    fn colors(&self) -> Option<Vec<[f32; 4]>> {
+        let before = if self.has_normals { 6 } else { 3 };
+        let after = if self.has_uvs { 2 } else { 0 };
+        let color = |point: &Range<usize>| {
+            let columns = columns(&self.bytes, point.clone());
+            let color = columns.get(before..columns.len() - after)?.get(..3)?;
+            let is_byte = |c: &f64| c.fract() == 0.0 && (0.0..=255.0).contains(c);
+            let number =
+                |word: &Range<usize>| text::parse(&self.bytes[word.clone()]).filter(is_byte);
+            Some([number(&color[0])?, number(&color[1])?, number(&color[2])?])
+        };
+        let colors: Option<Vec<[f64; 3]>> = self.points.iter().map(color).collect();
+        let colors = colors?;
+        let bytes = colors.as_flattened().iter().any(|&c| c > 1.0);
+        let linear = |color: &[f64; 3]| linear_color(color.map(|c| c / 255.0), 1.0);
+        bytes.then(|| colors.iter().map(linear).collect())
+    }
+
     fn write_points(&self, uvs: &[[f32; 2]], out: &mut dyn Write) -> io::Result<()> {
         let mut edits = Edits::default();
         if !self.has_uvs
@@ -202,5 +230,37 @@ impl Source {
             .map(str::to_owned)
             .chain(numbered)
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_after_the_coordinates_are_colours_of_the_scene() {
+        let colors = |text: &str| {
+            let parsed = parse(text.as_bytes().to_vec()).unwrap();
+            parsed.source.scene(&parsed.surface).meshes[0]
+                .colors
+                .clone()
+        };
+        let red_and_black = Some(vec![[1.0, 0.0, 0.0, 1.0], [0.0, 0.0, 0.0, 1.0]]);
+        for text in [
+            "1 2 3 255 0 0\n4 5 6 0 0 0\n",
+            "1 2 3 255.0 0.0 0.0 9\n4 5 6 0 0 0 9\n",
+            "1 2 3 0 0 1 255 0 0\n4 5 6 0 1 0 0 0 0\n",
+            "# x y z r g b u v\n1 2 3 255 0 0 .5 .5\n4 5 6 0 0 0 .5 .5\n",
+        ] {
+            assert_eq!(colors(text), red_and_black, "{text}");
+        }
+        for text in [
+            "1 2 3 1 0 0\n4 5 6 0 0 1\n",
+            "1 2 3 256 0 0\n4 5 6 0 0 0\n",
+            "1 2 3 2.5 0 0\n4 5 6 0 0 0\n",
+            "1 2 3 9 9\n4 5 6 0 0 0\n",
+        ] {
+            assert_eq!(colors(text), None, "{text}");
+        }
     }
 }

@@ -78,8 +78,23 @@ fn faults_are_one_line_with_the_reason() {
         ),
         (
             "d.off",
-            "OFF BINARY\n".into(),
-            ": line 1: `BINARY` is not a number of vertices",
+            "OFF BINARY\n\0\0\0\x01".into(),
+            ": the number of faces is missing",
+        ),
+        (
+            "l.off",
+            "OFF BINARY\n\x7f\x7f\x7f\x7f\0\0\0\0\0\0\0\0\0\0".into(),
+            ": it announces 2139062143 entries of `vertices`, but holds only 0",
+        ),
+        (
+            "m.off",
+            "OFF BINARY\n\0\0\0\0\0\0\0\x01\0\0\0\0\x7f\0\0\0".into(),
+            ": it announces 1 entries of `faces`, but holds only 0",
+        ),
+        (
+            "n.off",
+            "nOFF\n4\n".into(),
+            ": n-dimensional OFF is not supported",
         ),
         ("e.off", "OFF\n0 0 0\n".into(), ": it has no vertices"),
         (
@@ -141,7 +156,7 @@ fn faults_are_one_line_with_the_reason() {
         (
             "g.ply",
             ply("1", "1", "0 0 0\n3 0 0\n"),
-            ": line 11: an entry of `face` has 1 properties, not 0",
+            ": line 11: an entry of `face` has only 0 of its 1 properties",
         ),
         (
             "h.ply",
@@ -184,11 +199,7 @@ fn faults_are_one_line_with_the_reason() {
             "1 2 3\n1 2 inf\n".into(),
             ": line 2: `inf` is not a finite number",
         ),
-        (
-            "a.fbx",
-            String::new(),
-            ": FBX is not supported",
-        ),
+        ("a.fbx", String::new(), ": FBX is not supported"),
         (
             "none",
             String::new(),

@@ -126,11 +126,10 @@ fn flatten_mesh<B: AutodiffBackend>(
     if mesh.triangles().len() == 1 {
         return Err(SurfaceError::TooSmall("it is a single triangle").into());
     }
-    let total: f64 = mesh.triangle_areas().iter().sum();
-    if total == 0.0 {
+    let components = Components::of(mesh, division.labels)?;
+    if components.conditioning.zero_area_triangles == mesh.triangles().len() {
         return Err(SurfaceError::TooSmall("its triangles have no area").into());
     }
-    let components = Components::of(mesh, division.labels)?;
     let projections: Vec<Option<Projection>> = components
         .list
         .iter()

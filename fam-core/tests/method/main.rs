@@ -3,6 +3,7 @@
 #[path = "../reference_numbers/mod.rs"]
 mod reference_numbers;
 
+mod atlas;
 mod gradients;
 mod parity;
 mod training;

@@ -49,7 +49,7 @@ fn locate_lines(bytes: &[u8], header: &Header) -> Result<Vec<Entries>, ReadFault
                 let problem = match bad {
                     Bad::Short(found) => {
                         let (name, wanted) = (&element.name, element.properties.len());
-                        format!("an entry of `{name}` has {wanted} properties, not {found}")
+                        format!("an entry of `{name}` has only {found} of its {wanted} properties")
                     }
                     Bad::Length(word) => {
                         format!("`{}` is not the length of a list", excerpt(&bytes[word]))
