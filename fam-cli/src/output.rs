@@ -23,11 +23,13 @@ const REPORT: &str = "metrics.json";
 
 /// Where results go, and in which form.
 pub struct Output {
-    folder: PathBuf,
-    stem: String,
-    format: Format,
-    options: WriteOptions,
-    seam_lines: bool,
+    pub folder: PathBuf,
+    /// Of the name of the mesh or cloud.
+    pub stem: String,
+    pub format: Format,
+    pub options: WriteOptions,
+    /// Whether the seams go into the mesh's file too.
+    pub seam_lines: bool,
 }
 
 /// A flattened surface and how it came about.
@@ -170,46 +172,32 @@ impl Report {
 }
 
 impl Output {
-    /// Makes the folder, so that a bad one is noticed before training. A folder in which the
-    /// result would take the place of the input is refused, and so is a format without UVs.
-    pub fn prepare(
-        folder: PathBuf,
-        stem: &str,
-        document: &Document,
-        input: Option<&Path>,
-        format: Option<Format>,
-        options: WriteOptions,
-        seam_lines: bool,
-    ) -> Result<Self, Failure> {
-        let format = format.unwrap_or(match document.format() {
+    /// The format to write: that of the input unless another one is asked for.
+    pub fn format(document: &Document, asked: Option<Format>) -> Format {
+        asked.unwrap_or(match document.format() {
             Format::Stl => Format::Obj,
             own => own,
-        });
-        if format == Format::Xyz && matches!(document.surface(), Surface::Mesh(_)) {
-            return Err(Failure::input(
-                "XYZ has no place for a mesh; choose another --format",
-            ));
+        })
+    }
+
+    /// Makes the folder, so that a bad one is noticed before training. A folder in which the
+    /// result would take the place of the input is refused, and so is a format without UVs.
+    pub fn prepare(&self, document: &Document, input: Option<&Path>) -> Result<(), Failure> {
+        if self.format == Format::Xyz && matches!(document.surface(), Surface::Mesh(_)) {
+            let reason = "XYZ has no place for a mesh; choose another --format";
+            return Err(Failure::input(reason));
         }
-        std::fs::create_dir_all(&folder)
-            .map_err(|error| Failure::input(format!("{}: {error}", folder.display())))?;
-        let output = Self {
-            folder,
-            stem: stem.to_string(),
-            format,
-            options,
-            seam_lines,
-        };
+        std::fs::create_dir_all(&self.folder)
+            .map_err(|error| Failure::input(format!("{}: {error}", self.folder.display())))?;
         let is_output = |input: &Path| {
-            let written = output.file().canonicalize();
+            let written = self.file().canonicalize();
             matches!((written, input.canonicalize()), (Ok(a), Ok(b)) if a == b)
         };
-        match input {
-            Some(input) if is_output(input) => Err(Failure::input(format!(
-                "{}: it would be overwritten; choose another folder with -o",
-                input.display()
-            ))),
-            _ => Ok(output),
+        if input.is_some_and(is_output) {
+            let reason = "it would be overwritten; choose another folder with -o";
+            return Err(Failure::input(reason));
         }
+        Ok(())
     }
 
     /// Where the input with UVs goes: its own name, unless that is the name of the seams' file.

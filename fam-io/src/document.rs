@@ -101,6 +101,41 @@ pub struct Labels {
     pub material_names: Vec<String>,
 }
 
+impl Labels {
+    /// The same with objects that share a vertex as one: they hang together whatever their
+    /// names, and vertices that belong to no single object could not be told apart.
+    fn with_objects_apart(mut self, surface: &Surface) -> Self {
+        let (Surface::Mesh(mesh), Some(&last)) = (surface, self.objects.iter().max()) else {
+            return self;
+        };
+        let mut parents: Vec<u32> = (0..=last).collect();
+        let root = |parents: &[u32], mut of: u32| {
+            while parents[of as usize] != of {
+                of = parents[of as usize];
+            }
+            of
+        };
+        let mut owners: Vec<Option<u32>> = vec![None; mesh.positions().len()];
+        for (triangle, &object) in mesh.triangles().iter().zip(&self.objects) {
+            for &vertex in triangle {
+                let owner = *owners[vertex as usize].get_or_insert(object);
+                if owner != object {
+                    let (a, b) = (root(&parents, owner), root(&parents, object));
+                    parents[a.max(b) as usize] = a.min(b);
+                }
+            }
+        }
+        for object in &mut self.objects {
+            *object = root(&parents, *object);
+        }
+        let first = self.objects.first().copied();
+        if self.objects.iter().all(|&object| Some(object) == first) {
+            self.objects.clear();
+        }
+        self
+    }
+}
+
 /// How a file is written, beside its UVs.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct WriteOptions {
@@ -195,9 +230,9 @@ fn parse(format: Format, content: Content) -> Result<Document, ReadFault> {
 impl<S> Parsed<S> {
     fn document(self, source: impl Fn(S) -> Source) -> Document {
         Document {
+            labels: self.labels.with_objects_apart(&self.surface),
             surface: self.surface,
             uvs: self.uvs,
-            labels: self.labels,
             source: source(self.source),
         }
     }
@@ -318,8 +353,12 @@ impl Document {
 
     fn write(&self, uvs: Uvs, path: &Path, options: &WriteOptions) -> Result<(), WriteError> {
         let format = Format::of_path(path).unwrap_or(self.format());
-        if format == Format::Obj && !matches!(self.source, Source::Obj(_)) {
-            return self.write_obj_with_materials(&uvs, path, options);
+        match &self.source {
+            Source::Obj(source) if format == Format::Obj => copy_companions(source, path)?,
+            _ if format == Format::Obj => {
+                return self.write_obj_with_materials(&uvs, path, options);
+            }
+            _ => {}
         }
         write_file(path, |out| self.write_to(&uvs, format, options, out))
     }
@@ -482,5 +521,47 @@ pub(crate) fn vertex_uvs(surface: &Surface, uvs: Vec<[f32; 2]>) -> Option<Uvs> {
             Some(Uvs::Mesh(map))
         }
         Surface::PointCloud(_) => uvs.iter().all(is_finite).then_some(Uvs::Points(uvs)),
+    }
+}
+
+/// Copies the files that an OBJ file needs beside it to the folder of `target`; those that are
+/// there already stay.
+fn copy_companions(source: &obj::Source, target: &Path) -> Result<(), WriteError> {
+    let Some((from, companions)) = source.companions() else {
+        return Ok(());
+    };
+    let to = target.parent().unwrap_or(Path::new(""));
+    for companion in companions {
+        let (original, copy) = (from.join(&companion), to.join(&companion));
+        if copy.exists() {
+            continue;
+        }
+        let copied = fs::create_dir_all(copy.parent().unwrap_or(to)).and_then(|()| {
+            let mut content = fs::File::open(original)?;
+            write_atomically(&copy, |out| io::copy(&mut content, out).map(|_| ()))
+                .map_err(|error| io::Error::other(error.to_string()))
+        });
+        copied.map_err(|error| WriteFault::from(error).at(&copy))?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn objects_that_share_a_vertex_are_one() {
+        let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 0\nv 1 0 1\nv 0 1 1\n";
+        let faces = "o a\nf 1 2 3\no b\nf 2 4 3\no c\nf 5 6 7\n";
+        let objects = |text: String| {
+            let document = Document::from_bytes(Format::Obj, text.into_bytes()).unwrap();
+            document.labels().objects.clone()
+        };
+        assert_eq!(objects(format!("{text}{faces}")), [0, 0, 2]);
+        assert_eq!(
+            objects(format!("{text}{faces}o d\nf 1 5 6\n")),
+            [] as [u32; 0]
+        );
     }
 }

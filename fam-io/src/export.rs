@@ -20,6 +20,8 @@ mod off;
 mod parts;
 mod place;
 mod ply;
+#[cfg(test)]
+mod tests;
 mod vertices;
 mod xyz;
 

@@ -15,21 +15,23 @@
 //! - Primitives of a mesh with the same accessors as attributes and morph targets share their
 //!   vertices. Triangles are those of the file in order; the ones that join the parts of a
 //!   strip or fan are left out.
+//! - Accessors without data, and many that share theirs, can announce any number of elements; a
+//!   document may have 16 for each of its bytes, and a million more.
 //! - UVs are those of `TEXCOORD_0`, and normals those of `NORMAL`, if all primitives have them.
 //!
 //! # What is written
-//! UVs are written as floats to the set asked for, on all triangles. Sets are numbered without
-//! gaps, so the same UVs become the sets below that are missing. Where the UVs of a vertex
+//! UVs are written as floats to the set asked for, up to 15, on all triangles. Sets are numbered
+//! without gaps, so the same UVs become the sets below that are missing. Where the UVs of a vertex
 //! differ, all of its attributes, bit by bit, and its morph targets are there several times;
 //! copies come after all other vertices. Indices are rewritten only where the vertices of
 //! triangles change; strips and fans become lists then. Tangents are left out if they belong
-//! to UVs that have been replaced.
+//! to UVs that have been replaced. A vertex of no triangle has the UV (0, 0).
 //!
 //! Everything else stays: names, materials, nodes, animations, skins, lines and points, extras
 //! and extensions, known or not, and the order of it all. What is out of use after writing
-//! makes room for what is new, so that files do not grow when they are written again. Any
+//! makes room for what is new, so that files do not grow when they are written again, but any
 //! number in an extension that may refer to an accessor or a buffer view counts as a
-//! reference to it.
+//! reference to it. Seam lines replace those of an earlier run.
 //!
 //! The output stands alone: one buffer, and images that were files are embedded if they are
 //! PNG, JPEG, WebP or KTX2 files at a relative path; others stay where they are. The names of
@@ -96,6 +98,15 @@ pub(crate) fn parse(content: Content) -> Result<Parsed<Source>, ReadFault> {
     })
 }
 
+/// Refuses sets of UVs that would need too many others.
+pub(crate) fn check_uv_set(options: &WriteOptions) -> io::Result<()> {
+    if options.uv_set > LAST_UV_SET {
+        let problem = format!("the last set of UVs that is written is {LAST_UV_SET}");
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
+    }
+    Ok(())
+}
+
 impl Source {
     pub fn format(&self) -> Format {
         self.loaded.format
@@ -120,10 +131,7 @@ impl Source {
         options: &WriteOptions,
         out: &mut dyn Write,
     ) -> Result<(), WriteFault> {
-        if options.uv_set > LAST_UV_SET {
-            let problem = format!("the last set of UVs that is written is {LAST_UV_SET}");
-            return Err(io::Error::new(io::ErrorKind::InvalidInput, problem).into());
-        }
+        check_uv_set(options)?;
         let segments = self.segments(&options.seam_lines)?;
         let mut package = self.loaded.package.clone();
         let before = Before::of(&package);

@@ -1,10 +1,13 @@
 //! Files of Flatten Anything: surfaces in, the same files with UVs out.
 //!
-//! - [`read_surface`] reads a mesh or a point cloud from an OBJ, OFF, PLY or XYZ file
+//! - [`read_surface`] reads a mesh or a point cloud from a file of one of the [`Format`]s
 //!   into a [`Document`]. It holds the [`Surface`](fam_core::surface::Surface) to flatten,
 //!   the UVs the file already has, and what it takes to write the file back.
 //! - [`Document::write_mesh_uvs`] and [`Document::write_point_uvs`] write that file again
-//!   with UVs; everything else in it stays.
+//!   with UVs; everything else in it stays. Under a name with the extension of another format
+//!   they convert it: what that format has a place for comes along. An OBJ file then gets its
+//!   materials and textures beside it.
+//! - [`Document::of_surface`] makes a document of a surface that comes from no file.
 //! - [`seams`] writes the torn edges and seam points of a result as JSON and OBJ.
 //! - [`picture`] draws the layout and the textured surface.
 //! - [`atomic`] replaces a file as a whole or not at all; every writer goes through it.
@@ -13,6 +16,18 @@
 //! No input makes the readers panic, and none makes them allocate memory out of
 //! proportion to the size of the file; what cannot be read is a [`ReadError`] that names
 //! the file and the reason on one line.
+//!
+//! Conventions, in all formats:
+//!
+//! - Coordinates are in the units and axes of the file; nothing is scaled or turned.
+//! - Triangles are counter-clockwise seen from outside. Readers keep the order of the file.
+//! - Indices count from 0. A [`UvMap`](fam_core::surface::UvMap) has UVs for the corners of
+//!   triangles: its triangles are those of the mesh in the same order, but refer to UVs. A
+//!   vertex on a seam has several UVs, and vertices may share one.
+//! - V points up: the UV 0 0 is the lower left corner of a texture.
+//!
+//! The example `edit_uvs` moves the UVs of any file into the unit square and writes it in
+//! the format of the output's name.
 //!
 //! ```no_run
 //! use fam_core::surface::{Surface, UvMap};

@@ -1,27 +1,41 @@
 //! Wavefront OBJ.
 //!
-//! Read are `v`, `vt`, `vn` and `f` statements; all others, unknown ones too, are kept.
-//! A statement may go over several lines with a backslash at the end of a line, and `#`
-//! starts a comment. Faces may come before the vertices they refer to. Corners are `v`,
-//! `v/vt`, `v//vn` or `v/vt/vn`; negative indices count back from the last `v`, `vt` or
-//! `vn` before the face. Faces of fewer than three corners are no part of the surface.
+//! Read are `v`, `vt`, `vn`, `f`, `o`, `usemtl` and `mtllib` statements, and `fo`, the old
+//! name of `f`; all others, unknown ones too, are kept. A statement may go over several lines
+//! with a backslash at the end of a line, and `#` starts a comment. Lines end in `\n`, `\r\n`
+//! or `\r`; there may be a UTF-8 byte order mark. Faces may come before the vertices they refer
+//! to. Corners are `v`, `v/vt`, `v//vn` or `v/vt/vn`; negative indices count back from the last
+//! `v`, `vt` or `vn` before the face. Faces of fewer than three corners are no part of the
+//! surface.
+//!
+//! Files of any size are read and written statement by statement; the text is not held in
+//! memory. To be written, a file is read again, and must not have changed.
 //!
 //! The crate `tobj` reads the numbers of `v`, `vt` and `vn`. It reorders the vertices of
 //! every group and forgets where a face was, so the faces are scanned here: their vertices
 //! must keep the order of the file, and they are written back in place.
 //!
-//! - A fourth number of a `v` is a weight that divides the others; more than four numbers
-//!   are a colour, which is not looked at.
+//! - A fourth number of a `v` is a weight that divides the others, unless more follow: those
+//!   are a colour, sRGB between 0 and 1, which matters only to other formats. In front of a
+//!   colour, a weight does not divide.
 //! - Normals are those of the corners: if a vertex has several, their mean. In a cloud there
 //!   are normals if there is one `vn` for every `v`.
 //! - UVs are there if every corner of every face refers to an existing `vt` and all `vt` are
 //!   finite. In a cloud there are UVs if there is one `vt` for every `v`. References to `vt`
 //!   and `vn` that do not exist are passed over.
+//! - The faces after an `o` are of the object of that name, wherever the name returns; those
+//!   before the first are of an object without a name. The faces after a `usemtl` have the
+//!   material of that name, or none if it names none. Names may have blanks and `#`; only a
+//!   `#` between blanks starts a comment. Names that are not UTF-8 count as Latin-1.
 //!
 //! Writing keeps every byte but those of UVs: `vt` statements go, the new ones come before
 //! the first face (in a cloud: at the end), and corners get their new `vt` index while `v`
-//! and `vn` stay as written. A polygon with a seam inside becomes triangles. Lines (`l`) and
-//! faces of two corners lose their `vt` references.
+//! and `vn` stay as written. A polygon with a seam inside becomes triangles. Lines (`l`),
+//! free-form surfaces (`surf`) and faces of two corners lose their `vt` references.
+//!
+//! For other formats, the material files (MTL) in the folder of the file and below give its
+//! materials colours (`Kd`, as linear values, and `d`) and textures (`map_Kd`). What a file
+//! refers to in other folders is not looked at.
 
 mod colors;
 mod corner;
@@ -36,7 +50,7 @@ mod write;
 
 use std::fs;
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use fam_core::surface::{Surface, SurfaceError};
 
@@ -134,11 +148,13 @@ impl Source {
         Ok(scene::scene(model, colors.finish(), materials))
     }
 
-    /// The material files that the file names and the images that these name, relative to
-    /// its folder. They are needed where the file is.
-    pub(crate) fn companions(&self) -> Vec<PathBuf> {
-        self.libraries()
-            .map_or_else(Vec::new, |libraries| libraries.files())
+    /// The folder of the file, and relative to it the material files that it names and the
+    /// images that these name: they are needed wherever it goes.
+    pub fn companions(&self) -> Option<(&Path, Vec<PathBuf>)> {
+        let Content::File(path) = &self.content else {
+            return None;
+        };
+        Some((path.parent()?, self.libraries()?.files()))
     }
 
     fn libraries(&self) -> Option<Libraries<'_>> {
@@ -146,5 +162,121 @@ impl Source {
             Content::File(path) => Some(Libraries::find(path.parent()?, &self.libraries)),
             Content::Bytes(_) => None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::io::Write;
+
+    use super::*;
+    use crate::scene::IDENTITY;
+
+    fn scene(text: &str) -> Scene {
+        let parsed = parse(Content::Bytes(text.as_bytes().to_vec())).unwrap();
+        parsed.source.scene().unwrap()
+    }
+
+    #[test]
+    fn the_scene_has_all_faces_and_what_is_on_them() {
+        let scene = scene(
+            "o house\nv 0 0 0 1 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0 0 0 nan\nv 0 0 2\nvn 0 0 -3\nvn 0 0 0\n\
+             f 1//1 2 3//1 4//2\nusemtl b\nmtllib none.mtl\nf 1 2\nf 1 5 2\nusemtl a\nf 5 5 5\n",
+        );
+        assert_eq!(scene.nodes.len(), 1);
+        assert_eq!(scene.nodes[0].transform, IDENTITY);
+        let names: Vec<_> = scene.materials.iter().map(|m| m.name.as_str()).collect();
+        assert_eq!(names, ["b", "a"]);
+        assert!(
+            scene
+                .materials
+                .iter()
+                .all(|m| m.base_color == [1.0; 4] && m.texture.is_none())
+        );
+        let [mesh] = scene.meshes.as_slice() else {
+            panic!("one mesh was expected");
+        };
+        assert_eq!(mesh.name, "house");
+        assert_eq!(mesh.positions[1], [2.0, 0.0, 0.0]);
+        let faces: Vec<_> = mesh.polygons.iter().collect();
+        assert_eq!(faces, [&[0, 1, 2, 3][..], &[0, 4, 1], &[4, 4, 4]]);
+        assert_eq!(mesh.materials, [None, Some(0), Some(1)]);
+        let colors = mesh.colors.as_ref().unwrap();
+        assert_eq!(colors[0], [1.0, 0.0, 0.0, 1.0]);
+        assert_eq!(colors[1..], [[1.0; 4]; 4]);
+        let (given, up, back) = ([0., 0., -3.], [0., 0., 1.], [0., 1., 0.]);
+        let expected = [
+            given, up, given, up, back, back, back, [0.; 3], [0.; 3], [0.; 3],
+        ];
+        assert_eq!(mesh.normals.as_ref().unwrap(), &expected);
+    }
+
+    #[test]
+    fn a_scene_has_no_more_than_its_file() {
+        let scene_of_mesh = scene("v 0 0 0\nv 1 0 0\nv 0 1 0\no a\nf 1 2 3\no b\nf 3 2 1/7/7\n");
+        let mesh = &scene_of_mesh.meshes[0];
+        assert!(mesh.colors.is_none() && mesh.normals.is_none() && mesh.name.is_empty());
+        assert!(mesh.materials.is_empty() && scene_of_mesh.materials.is_empty());
+        let cloud = scene("v 0 0 0\nvn 0 0 1\nv 1 0 0\nvn 0 2 0\n");
+        let mesh = &cloud.meshes[0];
+        assert_eq!(
+            mesh.normals.as_deref(),
+            Some(&[[0., 0., 1.], [0., 2., 0.]][..])
+        );
+        assert!(mesh.polygons.len() == 0 && mesh.positions.len() == 2);
+    }
+
+    #[test]
+    fn material_files_are_looked_for_beside_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+        let text = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n";
+        write("a.obj", text);
+        write("a.mtl", "newmtl red\nKd 1 0 0\nmap_Kd a.png\n");
+        write("a.png", "pixels");
+        let path = folder.path().join("a.obj");
+        let source = parse(Content::File(path)).unwrap().source;
+        assert_eq!(
+            source.companions(),
+            [Path::new("a.mtl"), Path::new("a.png")]
+        );
+        let material = &source.scene().unwrap().materials[0];
+        assert_eq!(material.base_color, [1.0, 0.0, 0.0, 1.0]);
+        assert_eq!(material.texture.as_ref().unwrap().bytes, b"pixels");
+
+        let bytes = Content::Bytes(text.as_bytes().to_vec());
+        let source = parse(bytes).unwrap().source;
+        assert!(source.companions().is_empty());
+        assert_eq!(source.scene().unwrap().materials, [materials::white("red")]);
+    }
+
+    #[test]
+    fn a_scene_is_that_of_the_file_that_was_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.obj");
+        for changed in ["v 0 0 1\n", "v x\n", "v 0 0 0"] {
+            fs::write(&path, "v 0 0 0\n").unwrap();
+            let source = parse(Content::File(path.clone())).unwrap().source;
+            fs::write(&path, changed).unwrap();
+            let error = source.scene().unwrap_err();
+            assert_eq!(error.to_string(), "the file changed since it was read");
+        }
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_pipe_is_read_once() {
+        use std::os::fd::AsRawFd;
+        let (reader, mut writer) = io::pipe().unwrap();
+        writer.write_all(b"v 1 2 3\n").unwrap();
+        drop(writer);
+        let path = format!("/proc/self/fd/{}", reader.as_raw_fd());
+        let source = parse(Content::File(path.into())).unwrap().source;
+        let mut out = Vec::new();
+        source
+            .write(&Uvs::Points(vec![[0.5, 1.0]]), &mut out)
+            .unwrap();
+        assert_eq!(out, b"v 1 2 3\nvt 0.5 1\n");
     }
 }

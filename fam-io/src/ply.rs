@@ -323,8 +323,8 @@ fn triangles(
 ) -> Result<(), ReadFault> {
     let corner = |&index: &i64| vertex(index, number, vertices);
     let strip: Vec<u32> = strip.iter().map(corner).collect::<Result<_, _>>()?;
-    for (at, triple) in strip.array_windows().enumerate() {
-        let &[a, b, c] = triple;
+    for (at, triple) in strip.windows(3).enumerate() {
+        let [a, b, c] = [triple[0], triple[1], triple[2]];
         if a != b && b != c && c != a {
             polygons.push(if at % 2 == 0 { [a, b, c] } else { [b, a, c] });
         }

@@ -170,19 +170,20 @@ impl Run {
     ) -> Result<Done, Failure> {
         let arguments = &self.arguments;
         let existed = folder.exists();
-        let output = Output::prepare(
-            folder.to_owned(),
-            stem,
-            document,
-            path,
-            arguments.format.map(Format::from),
-            WriteOptions {
+        let output = Output {
+            folder: folder.to_owned(),
+            stem: stem.to_string(),
+            format: Output::format(document, arguments.format.map(Format::from)),
+            options: WriteOptions {
                 uv_set: arguments.uv_set,
                 checker: arguments.checker,
                 ..WriteOptions::default()
             },
-            arguments.seam_lines,
-        )?;
+            seam_lines: arguments.seam_lines,
+        };
+        output
+            .prepare(document, path)
+            .map_err(|failure| failure.of(input))?;
         if !arguments.quiet {
             eprintln!(
                 "{input}: {}; on {}",

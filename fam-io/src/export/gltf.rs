@@ -21,7 +21,7 @@ use ::gltf::json::mesh::{POINTS, TRIANGLES};
 use fam_core::surface::vector::{add, cross, length, normalize, scale, sub};
 use serde_json::{Map, Value, json};
 
-use crate::gltf::Package;
+use crate::gltf::{Package, check_uv_set};
 use crate::polygons::fan;
 use crate::scene::{Image, Material, Scene};
 use crate::{Format, WriteFault};
@@ -41,6 +41,7 @@ pub(super) fn write(
     format: Format,
     out: &mut dyn Write,
 ) -> Result<(), WriteFault> {
+    check_uv_set(export.options)?;
     let mut package = Package {
         json: json!({"asset": {"version": "2.0", "generator": "fam"}}),
         bin: Vec::new(),

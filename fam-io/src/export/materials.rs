@@ -1,6 +1,7 @@
 //! The materials of an OBJ file: an MTL file and the textures it refers to.
 //!
-//! The MTL file has the base colour as `Kd`, its opacity as `d`, and the texture as `map_Kd`.
+//! The MTL file has the base colour as `Kd`, as linear as the reader takes it, its opacity as
+//! `d`, and the texture as `map_Kd`.
 //! Textures of other types than PNG and JPEG are left out.
 
 use std::collections::HashMap;
@@ -8,7 +9,7 @@ use std::fmt::Write;
 
 use crate::scene::{Image, Scene};
 
-use super::color::{srgb_text, unit};
+use super::color::unit;
 use super::names;
 
 /// The name of the MTL file of an OBJ file.
@@ -33,10 +34,9 @@ pub(super) fn companions(scene: &Scene, stem: &str) -> Vec<(String, Vec<u8>)> {
     let mut textures: HashMap<&[u8], String> = HashMap::new();
     let mut text = String::new();
     for (material, name) in scene.materials.iter().zip(names(scene).0) {
-        let color = srgb_text(material.base_color);
-        let opacity = unit(material.base_color[3]);
+        let [r, g, b, opacity] = material.base_color.map(unit);
         // Writing to a string cannot fail.
-        let _ = write!(text, "newmtl {name}\nKd {color}\nd {opacity}\n");
+        let _ = write!(text, "newmtl {name}\nKd {r} {g} {b}\nd {opacity}\n");
         let Some((image, extension)) = material.texture.as_ref().and_then(usable) else {
             continue;
         };

@@ -1,10 +1,12 @@
 //! XYZ: a first line that names the columns, and then one line for each point.
 //!
-//! The columns are the coordinates, the normal if there are normals, the colour (red, green and
-//! blue from 0 to 255) if there are colours, and the UV. Unknown normals are 0 0 0; in a file
-//! with colours, what has none is white.
+//! The columns are the coordinates, the normal of unit length if there are normals, the colour
+//! (red, green and blue from 0 to 255) if there are colours, and the UV. Unknown normals are
+//! 0 0 0; in a file with colours, what has none is white.
 
 use std::io::{self, Write};
+
+use fam_core::surface::vector::normalize;
 
 use super::baked::Baked;
 use super::color::srgb_bytes;
@@ -18,7 +20,7 @@ pub(super) fn write(baked: &Baked, out: &mut dyn Write) -> io::Result<()> {
         let [x, y, z] = point.position;
         write!(out, "{x} {y} {z}")?;
         if baked.has_normals() {
-            let [x, y, z] = point.normal;
+            let [x, y, z] = normalize(point.normal.map(f64::from)).map(|c| c as f32);
             write!(out, " {x} {y} {z}")?;
         }
         if baked.has_colors() {

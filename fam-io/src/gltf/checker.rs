@@ -25,8 +25,8 @@ const CELL: u32 = 6;
 const MARGIN: u32 = 8;
 
 impl Package {
-    /// Gives all triangles a material with a checker texture that uses a set of UVs. The
-    /// materials they had stay in the document.
+    /// Gives all triangles that have a set of UVs a material with a checker texture that uses
+    /// it. The materials they had stay in the document.
     pub fn add_checker(&mut self, uv_set: u32) {
         let source = self.checker_image();
         let sampler = self.find_or_push("samplers", json!({"wrapS": 10497, "wrapT": 10497}));
@@ -48,7 +48,7 @@ impl Package {
             .flatten()
             .filter_map(|mesh| mesh.get_mut("primitives")?.as_array_mut())
             .flatten();
-        for primitive in primitives.filter(|primitive| has_triangles(primitive)) {
+        for primitive in primitives.filter(|primitive| is_textured(primitive, uv_set)) {
             primitive["material"] = material.into();
             drop_variants(primitive);
         }
@@ -71,10 +71,10 @@ impl Package {
     }
 }
 
-fn has_triangles(primitive: &Value) -> bool {
+fn is_textured(primitive: &Value, uv_set: u32) -> bool {
     let mode = primitive.get("mode").and_then(Value::as_u64);
-    primitive.is_object()
-        && mode.is_none_or(|mode| (TRIANGLES.into()..=TRIANGLE_FAN.into()).contains(&mode))
+    let uvs = &primitive["attributes"][format!("TEXCOORD_{uv_set}")];
+    uvs.is_u64() && mode.is_none_or(|mode| (TRIANGLES.into()..=TRIANGLE_FAN.into()).contains(&mode))
 }
 
 /// Variants would replace the material.
@@ -118,4 +118,30 @@ fn in_letter(x: u32, y: u32) -> bool {
     let row = cell(y).and_then(|row| LETTER.get(row));
     row.zip(cell(x))
         .is_some_and(|(row, column)| row.get(column) == Some(&true))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_orientation_of_the_image_looks_different() {
+        let image = image::load_from_memory(&png()).unwrap().to_rgb8();
+        let side = FIELDS * FIELD;
+        assert_eq!(image.dimensions(), (side, side));
+        let corner = |x: u32, y: u32| image.get_pixel(x * (side - 1), y * (side - 1)).0;
+        // The bottom left is dark; red grows to the right and green upwards.
+        let [low, right, up] = [corner(0, 1), corner(1, 1), corner(0, 0)];
+        assert!(right[0] > low[0] && right[1] / 2 <= low[1] * 2);
+        assert!(up[1] > low[1]);
+        let field = |x: u32, y: u32| image.get_pixel(x, side - FIELD + y).0;
+        let (background, letter) = (field(1, 1), field(MARGIN, MARGIN));
+        assert_ne!(background, letter);
+        assert_eq!(field(MARGIN + 3 * CELL - 1, MARGIN), letter);
+        assert_eq!(field(MARGIN, MARGIN + 5 * CELL - 1), letter);
+        assert_eq!(
+            field(MARGIN + 3 * CELL - 1, MARGIN + 5 * CELL - 1),
+            background
+        );
+    }
 }

@@ -32,6 +32,7 @@ impl Before {
     /// leaves out the bytes that belong to no view any more. What is still in use keeps its
     /// index. `replaced` says which accessors the added ones were made from.
     pub fn compact(self, package: &mut Package, replaced: &BTreeMap<usize, usize>) {
+        let replaced_views = replaced_views(package, replaced);
         let used = used_accessors(package);
         let vacant = self.accessors.difference(&used).copied().collect();
         // A place that cannot be taken or left out stays valid: an accessor of one zero.
@@ -56,12 +57,22 @@ impl Before {
             "bufferViews",
             self.view_count,
             vacant,
-            &BTreeMap::new(),
+            &replaced_views,
             &filler,
         );
         renumber_views(package, &moved);
         leave_out(package, dead);
     }
+}
+
+/// For the views of added accessors, those of the accessors whose place they take.
+fn replaced_views(package: &Package, replaced: &BTreeMap<usize, usize>) -> BTreeMap<usize, usize> {
+    let accessors = package.entries("accessors");
+    let view = |accessor: usize| Some(accessors[accessor]["bufferView"].as_u64()? as usize);
+    let pairs = replaced.iter();
+    pairs
+        .filter_map(|(&added, &old)| view(added).zip(view(old)))
+        .collect()
 }
 
 /// Puts the entries of a list that were added into vacant places, preferred ones first, and
@@ -194,6 +205,8 @@ fn leave_out(package: &mut Package, dead: Vec<Range<usize>>) {
         at = cut.end;
     }
     kept.extend_from_slice(&package.bin[at..]);
+    // The length does not depend on which view is last.
+    kept.resize(kept.len().next_multiple_of(ALIGNMENT), 0);
     package.bin = kept;
     let mut removed = vec![0];
     for cut in &cuts {
@@ -220,4 +233,56 @@ fn merge(mut ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
         }
     }
     merged
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_of_no_view_are_left_out() {
+        let view = |start: usize, length: usize| json!({"buffer": 0, "byteOffset": start, "byteLength": length});
+        let mut package = Package {
+            json: json!({"bufferViews": [view(20, 12), view(64, 4), {"byteLength": 4}]}),
+            bin: (0..72).collect(),
+        };
+        // One range overlaps a view that stays, one reaches to the end but for a view.
+        leave_out(&mut package, vec![8..24, 36..63, 60..72]);
+        let views: Vec<_> = package.json["bufferViews"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(span)
+            .collect();
+        assert_eq!(views, [12..24, 32..36, 0..4]);
+        let expected: Vec<u8> = (0..8).chain(16..40).chain(64..72).collect();
+        assert_eq!(package.bin, expected);
+    }
+
+    #[test]
+    fn places_are_filled_and_the_rest_is_cut_off() {
+        let list = |names: &str| {
+            names
+                .chars()
+                .map(|c| json!(c.to_string()))
+                .collect::<Value>()
+        };
+        let run = |count: usize, vacant: &[usize], preferred: &[(usize, usize)]| {
+            let mut package = Package {
+                json: json!({"x": list("abcdefgh")}),
+                bin: Vec::new(),
+            };
+            let vacant = vacant.iter().copied().collect();
+            let preferred = preferred.iter().copied().collect();
+            let moved = fill(&mut package, "x", count, vacant, &preferred, &json!("-"));
+            let moved: BTreeMap<_, _> = moved.into_iter().collect();
+            (package.json["x"].clone(), moved)
+        };
+        let (after, moved) = run(5, &[1, 3], &[(6, 3)]);
+        assert_eq!(after, list("afcgeh"));
+        assert_eq!(moved, BTreeMap::from([(5, 1), (6, 3), (7, 5)]));
+        let (after, moved) = run(7, &[1, 2, 4, 5, 6], &[(7, 2)]);
+        assert_eq!(after, list("a-hd"));
+        assert_eq!(moved, BTreeMap::from([(7, 2)]));
+    }
 }

@@ -272,3 +272,128 @@ fn number(bytes: &[u8], component: ComponentType, normalized: bool) -> f64 {
         value
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn package(accessor: serde_json::Value) -> Package {
+        Package {
+            json: json!({
+                "accessors": [accessor],
+                "bufferViews": [
+                    {"buffer": 0, "byteLength": 12},
+                    {"buffer": 0, "byteOffset": 4, "byteLength": 8, "byteStride": 4},
+                ],
+            }),
+            bin: vec![0x80, 0xff, 0x7f, 0, 1, 0, 2, 0, 3, 0, 4, 0],
+        }
+    }
+
+    fn fault(accessor: serde_json::Value) -> String {
+        let package = package(accessor);
+        let checked = Accessors::of(&package).and_then(|mut accessors| accessors.elements(0));
+        checked.unwrap_err().to_string()
+    }
+
+    fn elements(package: &Package) -> Elements {
+        Accessors::of(package).unwrap().elements(0).unwrap()
+    }
+
+    #[test]
+    fn normalized_integers_reach_from_minus_one_to_one() {
+        let of = |component_type: u32, normalized: bool| {
+            let package = package(json!({
+                "bufferView": 0, "componentType": component_type, "type": "SCALAR",
+                "count": 3, "normalized": normalized,
+            }));
+            let values = elements(&package).vectors::<1>(&package.bin);
+            values.into_iter().flatten().collect::<Vec<_>>()
+        };
+        assert_eq!(of(5120, true), [-1.0, -1.0 / 127.0, 1.0]);
+        assert_eq!(of(5120, false), [-128.0, -1.0, 127.0]);
+        assert_eq!(of(5121, true), [128.0 / 255.0, 1.0, 127.0 / 255.0]);
+        assert_eq!(of(5122, false), [-128.0, 127.0, 1.0]);
+        assert_eq!(
+            of(5123, true),
+            [65408.0 / 65535.0, 127.0 / 65535.0, 1.0 / 65535.0]
+        );
+    }
+
+    #[test]
+    fn elements_are_strided_sparse_or_zero() {
+        let bytes = |accessor| {
+            let package = package(accessor);
+            elements(&package).bytes(&package.bin)
+        };
+        let strided = json!({"bufferView": 1, "componentType": 5121, "type": "VEC2", "count": 2});
+        assert_eq!(bytes(strided), [1, 0, 3, 0]);
+        let sparse = json!({
+            "componentType": 5123, "type": "SCALAR", "count": 4,
+            "sparse": {
+                "count": 2,
+                "indices": {"bufferView": 1, "byteOffset": 2, "componentType": 5123},
+                "values": {"bufferView": 0, "byteOffset": 4},
+            },
+        });
+        assert_eq!(bytes(sparse), [0, 0, 0, 0, 1, 0, 2, 0]);
+        assert_eq!(
+            bytes(json!({"componentType": 5126, "type": "SCALAR", "count": 1})),
+            [0; 4]
+        );
+        let columns = json!({"bufferView": 0, "componentType": 5121, "type": "MAT2", "count": 1});
+        assert_eq!(bytes(columns), [0x80, 0xff, 0x7f, 0, 1, 0]);
+    }
+
+    #[test]
+    fn accessors_stay_within_their_views() {
+        let of = |view: u64, offset: u64, count: u64, component_type: u32| {
+            fault(json!({
+                "bufferView": view, "byteOffset": offset, "count": count,
+                "componentType": component_type, "type": "SCALAR",
+            }))
+        };
+        let beyond = "accessor 0 reaches beyond its buffer view";
+        assert_eq!(of(0, 0, 4, 5126), beyond);
+        assert_eq!(of(0, 1, 3, 5126), beyond);
+        assert_eq!(of(1, 0, 3, 5121), beyond);
+        assert_eq!(of(0, u64::MAX, 1, 5121), beyond);
+        assert_eq!(of(0, 0, u64::MAX, 5126), beyond);
+        assert_eq!(
+            of(2, 0, 1, 5121),
+            "accessor 0 refers to a buffer view that does not exist"
+        );
+        assert_eq!(
+            of(0, 0, 1, 5124),
+            "accessor 0 is of an unknown component type"
+        );
+        let wide = json!({"bufferView": 1, "componentType": 5126, "type": "VEC2", "count": 1});
+        assert_eq!(
+            fault(wide),
+            "accessor 0 has elements larger than their stride"
+        );
+        assert!(fault(json!({"count": 1})).starts_with("accessors[0]: missing field"));
+    }
+
+    #[test]
+    fn sparse_elements_are_there() {
+        let of = |count: u64, offset: u64, replaced: u64| {
+            fault(json!({
+                "componentType": 5121, "type": "SCALAR", "count": count,
+                "sparse": {
+                    "count": replaced,
+                    "indices": {"bufferView": 0, "byteOffset": offset, "componentType": 5121},
+                    "values": {"bufferView": 0},
+                },
+            }))
+        };
+        assert_eq!(
+            of(100, 0, 2),
+            "accessor 0 has a sparse index that is out of range"
+        );
+        assert_eq!(of(100, 4, 9), "accessor 0 reaches beyond its buffer view");
+        assert_eq!(of(1, 4, 2), "accessor 0 replaces more elements than it has");
+    }
+}

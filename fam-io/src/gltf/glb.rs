@@ -106,3 +106,66 @@ pub(super) fn write(json: &[u8], bin: &[u8], out: &mut dyn Write) -> io::Result<
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn written(json: &[u8], bin: &[u8]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        write(json, bin, &mut bytes).unwrap();
+        bytes
+    }
+
+    #[test]
+    fn chunks_are_padded() {
+        let bytes = written(b"{ }  ", &[1, 2, 3, 4, 5, 6]);
+        let expected = b"glTF\x02\0\0\0\x2c\0\0\0\x08\0\0\0JSON{ }     \x08\0\0\0BIN\0\x01\x02\x03\x04\x05\x06\0\0";
+        assert_eq!(bytes, expected);
+        let (json, bin) = split(&bytes).unwrap();
+        assert_eq!(json, b"{ }     ");
+        assert_eq!(bin, Some(&[1, 2, 3, 4, 5, 6, 0, 0][..]));
+        assert_eq!(written(b"{}  ", b"").len(), 24);
+        assert_eq!(split(&written(b"{}  ", b"")).unwrap(), (&b"{}  "[..], None));
+    }
+
+    #[test]
+    fn further_chunks_and_what_follows_are_skipped() {
+        let mut bytes = written(b"{}  ", &[7; 4]);
+        bytes.extend(b"\x04\0\0\0DATA....");
+        bytes[8] += 12;
+        bytes.extend(b"rest");
+        assert_eq!(split(&bytes).unwrap(), (&b"{}  "[..], Some(&[7; 4][..])));
+    }
+
+    #[test]
+    fn wrong_lengths_are_faults() {
+        let whole = written(b"{}  ", &[7; 4]);
+        let damaged = |at: usize, byte: u8| {
+            let mut bytes = whole.clone();
+            bytes[at] = byte;
+            split(&bytes).unwrap_err().to_string()
+        };
+        let cases = [
+            (damaged(4, 1), "glTF 1 is not supported"),
+            (
+                damaged(8, 99),
+                "the GLB header announces 99 bytes, but there are only 36",
+            ),
+            (damaged(8, 3), "the first chunk of the GLB is not JSON"),
+            (damaged(8, 30), "a chunk of the GLB is cut off"),
+            (
+                damaged(12, 17),
+                "a chunk of the GLB announces 17 bytes, but there are only 16",
+            ),
+            (damaged(16, b'X'), "the first chunk of the GLB is not JSON"),
+        ];
+        for (message, expected) in cases {
+            assert_eq!(message, expected);
+        }
+        for length in 4..12 {
+            let fault = split(&whole[..length]).unwrap_err();
+            assert_eq!(fault.to_string(), "the GLB header is cut off");
+        }
+    }
+}

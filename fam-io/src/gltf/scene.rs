@@ -123,3 +123,81 @@ fn texture(package: &Package, folder: Option<&Path>, info: &Value) -> Option<Ima
         bytes: images::bytes(package, folder, image)?,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+    use crate::scene::IDENTITY;
+
+    #[test]
+    fn a_document_is_a_scene() {
+        let mut package = Package {
+            json: json!({
+                "materials": [
+                    {"name": "plain"},
+                    {"pbrMetallicRoughness": {
+                        "baseColorFactor": [0.25, 0.5, 0.75, 1.0],
+                        "baseColorTexture": {"index": 0},
+                    }},
+                ],
+                "textures": [{"extensions": {"KHR_texture_basisu": {"source": 0}}}],
+            }),
+            bin: Vec::new(),
+        };
+        let image = package.add_view(b"image", None, None);
+        package.push("images", json!({"name": "picture", "bufferView": image}));
+        let left = package.add_vectors(&[[0.0_f32; 3], [1.0; 3], [2.0; 3]], true);
+        let right = package.add_vectors(&[[3.0_f32; 3], [4.0; 3], [5.0; 3]], true);
+        let colors = package.add_vectors(&[[0.5_f32, 0.25, 1.0]; 3], false);
+        let indices = package.add_indices(&[2, 1, 0], 3);
+        let first = json!({
+            "attributes": {"POSITION": left, "NORMAL": right, "COLOR_0": colors}, "indices": indices,
+        });
+        let second = json!({"attributes": {"POSITION": right, "NORMAL": left}, "material": 1});
+        package.push("meshes", json!({"name": "none", "primitives": []}));
+        package.push(
+            "meshes",
+            json!({"name": "both", "primitives": [first, second]}),
+        );
+        let geometry = Geometry::of(&package, 1).unwrap();
+        let node = Node {
+            mesh: 1,
+            transform: IDENTITY,
+        };
+        let scene = scene(&package, None, &geometry, std::slice::from_ref(&node));
+
+        assert_eq!(scene.nodes, [node]);
+        let image = Image {
+            name: "picture".to_owned(),
+            bytes: b"image".to_vec(),
+        };
+        let textured = Material {
+            name: String::new(),
+            base_color: [0.25, 0.5, 0.75, 1.0],
+            texture: Some(image),
+        };
+        let plain = Material {
+            name: "plain".to_owned(),
+            base_color: [1.0; 4],
+            texture: None,
+        };
+        assert_eq!(scene.materials, [plain, textured]);
+        let [none, both] = &scene.meshes[..] else {
+            panic!("there are two meshes");
+        };
+        assert!(none.name == "none" && none.positions.is_empty() && none.normals.is_none());
+        assert_eq!(both.name, "both");
+        assert_eq!(
+            both.positions,
+            [0.0, 1.0, 2.0, 3.0, 4.0, 5.0].map(|c| [c; 3])
+        );
+        assert_eq!(both.polygons.triangles(), [[2, 1, 0], [3, 4, 5]]);
+        assert_eq!(both.materials, [None, Some(1)]);
+        let normals = [5.0, 4.0, 3.0, 0.0, 1.0, 2.0].map(|c| [c; 3]);
+        assert_eq!(both.normals.as_deref(), Some(&normals[..]));
+        let colors = [[[0.5, 0.25, 1.0, 1.0]; 3], [[1.0; 4]; 3]].concat();
+        assert_eq!(both.colors.as_deref(), Some(&colors[..]));
+    }
+}

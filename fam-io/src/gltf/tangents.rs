@@ -43,3 +43,57 @@ fn tangent_space_sets(material: &Value) -> impl Iterator<Item = u64> {
         set.unwrap_or(0)
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn the_normal_texture_says_which_uvs_tangents_belong_to() {
+        let sets = |material: Value| tangent_space_sets(&material).collect::<BTreeSet<_>>();
+        assert_eq!(
+            sets(json!({"occlusionTexture": {"index": 0, "texCoord": 3}})),
+            [].into()
+        );
+        assert_eq!(sets(json!({"normalTexture": {"index": 0}})), [0].into());
+        let transform = json!({"KHR_texture_transform": {"texCoord": 2}});
+        let moved = json!({"index": 0, "texCoord": 1, "extensions": transform});
+        let coat = json!({"clearcoatNormalTexture": {"index": 0, "texCoord": 1}});
+        let extensions = json!({"KHR_materials_clearcoat": coat});
+        assert_eq!(
+            sets(json!({"normalTexture": moved, "extensions": extensions})),
+            [1, 2].into()
+        );
+    }
+
+    #[test]
+    fn all_materials_of_a_primitive_count() {
+        let variants = json!({"KHR_materials_variants": {"mappings": [{"material": 1}]}});
+        let package = Package {
+            json: json!({
+                "materials": [{"name": "plain"}, {"normalTexture": {"index": 0, "texCoord": 1}}],
+                "meshes": [{"primitives": [{}, {"extensions": variants}]}],
+            }),
+            bin: Vec::new(),
+        };
+        let depends = |set: u32, index: usize, material: Option<usize>| {
+            let primitive = Primitive {
+                mesh: 0,
+                index,
+                pool: 0,
+                material,
+                is_indexed: false,
+                triangles: Vec::new(),
+            };
+            depend_on(&[set], &package, &primitive)
+        };
+        assert!(depends(0, 0, None) && !depends(1, 0, None));
+        assert!(depends(0, 0, Some(0)) && !depends(1, 0, Some(0)));
+        assert!(!depends(0, 0, Some(1)) && depends(1, 0, Some(1)));
+        assert!(!depends(0, 1, Some(0)) && depends(1, 1, Some(0)));
+    }
+}

@@ -142,3 +142,103 @@ fn linear(transform: &Matrix, column: usize) -> [f64; 3] {
     let [x, y, z, _] = transform[column];
     [x, y, z]
 }
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn placed(json: Value) -> Vec<(usize, [f64; 3])> {
+        let nodes = placed_meshes(&json).unwrap().into_iter();
+        let place = |node: Node| (node.mesh, transform_point(&node.transform, [1.0, 2.0, 3.0]));
+        nodes.map(place).collect()
+    }
+
+    #[test]
+    fn transforms_accumulate_and_the_default_scene_comes_first() {
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        let nodes = json!([
+            {"mesh": 0, "translation": [100, 0, 0]},
+            {"children": [2], "scale": [2, 3, 4], "rotation": [0, 0, half, half], "translation": [1, 0, 0]},
+            {"mesh": 1, "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 10, 0, 0, 1]},
+            {"children": [4]},
+            {"mesh": 2},
+        ]);
+        let json = json!({
+            "scene": 1, "scenes": [{"nodes": [0]}, {"nodes": [1]}], "meshes": [{}, {}, {}], "nodes": nodes,
+        });
+        let [(1, turned), (0, moved), (2, orphan)] = placed(json)[..] else {
+            panic!("the order is that of the scenes");
+        };
+        // (11, 2, 3) scaled by (2, 3, 4), turned from X to Y, and moved by 1 along X.
+        let expected = [-5.0, 22.0, 12.0];
+        assert!(
+            turned
+                .iter()
+                .zip(expected)
+                .all(|(a, b)| (a - b).abs() < 1e-12),
+            "{turned:?}"
+        );
+        assert_eq!(moved, [101.0, 2.0, 3.0]);
+        assert_eq!(orphan, [1.0, 2.0, 3.0]);
+    }
+
+    #[test]
+    fn useless_transforms_count_as_identity() {
+        let nodes = json!([
+            {"mesh": 0, "scale": [1, 1, 0]},
+            {"mesh": 0, "scale": [1e300, 1e300, 1e300], "children": [2]},
+            {"mesh": 0, "scale": [1e300, 1e300, 1e300]},
+            {"mesh": 0, "translation": [5, 5, 5], "skin": 0},
+            {"mesh": 0, "matrix": [1, 2, 3, 0, 2, 4, 6, 0, 0.1, 0.7, 0.3, 0, 0, 0, 0, 1]},
+        ]);
+        let placed = placed(json!({"meshes": [{}], "nodes": nodes}));
+        assert_eq!(placed, [(0, [1.0, 2.0, 3.0]); 5]);
+    }
+
+    #[test]
+    fn cycles_and_long_chains_come_to_an_end() {
+        let cycle = json!([{"mesh": 0, "children": [1]}, {"mesh": 0, "children": [0, 1]}]);
+        assert_eq!(placed(json!({"meshes": [{}], "nodes": cycle})).len(), 2);
+        let chain = (1..=100_000).map(|child| json!({"children": [child]}));
+        let chain: Vec<_> = chain.chain([json!({"mesh": 0})]).collect();
+        assert_eq!(placed(json!({"meshes": [{}], "nodes": chain})).len(), 1);
+    }
+
+    #[test]
+    fn what_nodes_refer_to_is_there() {
+        for node in [
+            json!({"mesh": 1}),
+            json!({"mesh": -1}),
+            json!({"children": [1]}),
+            json!({"children": 0}),
+            json!({"matrix": [1, 2]}),
+            json!({"scale": [1, 2, "3"]}),
+        ] {
+            assert!(placed_meshes(&json!({"meshes": [{}], "nodes": [node]})).is_err());
+        }
+        assert!(placed_meshes(&json!({"scenes": [{"nodes": [0]}]})).is_err());
+        assert!(placed_meshes(&json!({"scene": 0})).is_err());
+    }
+
+    #[test]
+    fn normals_stay_perpendicular() {
+        let mirrored = [
+            [2.0, 0.0, 0.0, 0.0],
+            [1.0, -3.0, 0.0, 0.0],
+            [0.0, 0.0, 4.0, 0.0],
+            [9.0; 4],
+        ];
+        let normal = [0.6, 0.0, 0.8];
+        let turned = transform_normal(&mirrored, normal);
+        for tangent in [[0.0, 1.0, 0.0], [0.8, 0.0, -0.6]] {
+            let end = transform_point(&mirrored, tangent);
+            let tangent = std::array::from_fn(|c| end[c] - mirrored[3][c]);
+            assert!(dot(turned, tangent).abs() < 1e-12);
+        }
+        assert!((length(turned) - 1.0).abs() < 1e-12);
+        assert!(dot(turned, transform_point(&mirrored, normal)) > 0.0);
+        assert_eq!(transform_normal(&mirrored, [0.0; 3]), [0.0; 3]);
+    }
+}

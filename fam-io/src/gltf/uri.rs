@@ -67,3 +67,54 @@ pub(super) fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     file.take(limit).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn data_is_decoded() {
+        assert_eq!(
+            decode("application/octet-stream;base64,AQID").unwrap(),
+            [1, 2, 3]
+        );
+        assert_eq!(decode(";base64,AQ").unwrap(), [1]);
+        assert_eq!(decode(";base64,AQ%3D%3D").unwrap(), [1]);
+        assert_eq!(decode(",a%20b").unwrap(), b"a b");
+        assert_eq!(decode(";base64,A*"), None);
+        assert_eq!(decode("AQID"), None);
+    }
+
+    #[test]
+    fn only_relative_paths_are_files() {
+        let path = |uri| match Place::of(uri) {
+            Place::Relative(path) => path.to_str().map(str::to_owned),
+            _ => None,
+        };
+        assert_eq!(path("../a%20b.bin").as_deref(), Some("../a b.bin"));
+        assert_eq!(path("f/a:b.bin").as_deref(), Some("f/a:b.bin"));
+        for uri in [
+            "",
+            "/a",
+            "\\a",
+            "%2Fa",
+            "%ff",
+            "http://a/b",
+            "file:a",
+            "C:a",
+            "DATA:,x",
+        ] {
+            assert_eq!(path(uri), None, "{uri}");
+        }
+        assert!(matches!(Place::of("DATA:,x"), Place::Data(",x")));
+    }
+
+    #[test]
+    fn folders_are_not_read() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(read(folder.path(), 10).is_err());
+        let path = folder.path().join("a");
+        std::fs::write(&path, "abc").unwrap();
+        assert_eq!(read(&path, 2).unwrap(), b"ab");
+    }
+}

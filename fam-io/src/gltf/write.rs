@@ -39,28 +39,20 @@ struct Changes {
 impl UvWriter<'_> {
     /// Writes one UV per vertex of the surface.
     pub fn write_points(&mut self, uvs: &[[f32; 2]]) {
-        let geometry = self.geometry;
-        for (index, pool) in geometry.pools.iter().enumerate() {
+        for (pool, members) in members_of(self.geometry) {
             let uvs: Vec<_> = uvs[pool.vertices.clone()].iter().map(downwards).collect();
-            let members = geometry.primitives.iter().filter(|p| p.pool == index);
-            let changes = self.changes(pool, &members.clone().collect::<Vec<_>>(), &[], &uvs);
-            members.for_each(|member| self.change_attributes(member, &changes));
+            let members: Vec<_> = members.iter().map(|&(primitive, _)| primitive).collect();
+            let changes = self.changes(pool, &members, &[], &uvs);
+            for primitive in members {
+                self.change_attributes(primitive, &changes);
+            }
         }
     }
 
     /// Writes one triangle of UVs for each of the surface.
     pub fn write_mesh(&mut self, uvs: &UvMap) {
-        let geometry = self.geometry;
-        let mut members = vec![Vec::new(); geometry.pools.len()];
-        let mut first_triangle = 0;
-        for primitive in &geometry.primitives {
-            members[primitive.pool].push((primitive, first_triangle));
-            first_triangle += primitive.triangles.len();
-        }
-        for (pool, members) in geometry.pools.iter().zip(members) {
-            if !members.is_empty() {
-                self.write_pool(pool, &members, uvs);
-            }
+        for (pool, members) in members_of(self.geometry) {
+            self.write_pool(pool, &members, uvs);
         }
     }
 
@@ -290,6 +282,20 @@ impl Changes {
             }
         }
     }
+}
+
+/// The pools that have vertices, with their primitives, each given with its first triangle of
+/// the surface.
+fn members_of(geometry: &Geometry) -> Vec<(&Pool, Vec<(&Primitive, usize)>)> {
+    let pools = geometry.pools.iter();
+    let mut members: Vec<_> = pools.map(|pool| (pool, Vec::new())).collect();
+    let mut first_triangle = 0;
+    for primitive in &geometry.primitives {
+        members[primitive.pool].1.push((primitive, first_triangle));
+        first_triangle += primitive.triangles.len();
+    }
+    members.retain(|(pool, members)| !pool.vertices.is_empty() && !members.is_empty());
+    members
 }
 
 /// A UV as glTF has it.

@@ -85,25 +85,32 @@ impl Faces {
         }
     }
 
-    /// The normal of every vertex, zero where no corner gives one; `None` if none does.
+    /// The normal of every vertex, zero where no corner gives one; `None` if none does. Several
+    /// are averaged over the triangles of the fans, so that it does not matter whether a face
+    /// is written as its fan.
     pub fn vertex_normals(&self, vertices: usize, normals: &[[f64; 3]]) -> Option<Vec<[f64; 3]>> {
         let mut only: Vec<Option<u32>> = Vec::new();
         let mut sums = Vec::new();
         let mut differ = Vec::new();
-        for (corner, &vertex) in self.vertices.corners().iter().enumerate() {
-            let Some(normal) = self.normals.get(corner, normals.len()) else {
-                continue;
-            };
-            if only.is_empty() {
-                only = vec![None; vertices];
-                sums = vec![[0.0; 3]; vertices];
-                differ = vec![false; vertices];
+        let mut first_corner = 0;
+        for polygon in self.vertices.iter() {
+            for place in (2..polygon.len()).flat_map(|k| [0, k - 1, k]) {
+                let corner = first_corner + place;
+                let Some(normal) = self.normals.get(corner, normals.len()) else {
+                    continue;
+                };
+                if only.is_empty() {
+                    only = vec![None; vertices];
+                    sums = vec![[0.0; 3]; vertices];
+                    differ = vec![false; vertices];
+                }
+                let vertex = polygon[place] as usize;
+                let value = normals[normal as usize];
+                let first = *only[vertex].get_or_insert(normal);
+                differ[vertex] |= normals[first as usize] != value;
+                sums[vertex] = vector::add(sums[vertex], vector::normalize(value));
             }
-            let vertex = vertex as usize;
-            let value = normals[normal as usize];
-            let first = *only[vertex].get_or_insert(normal);
-            differ[vertex] |= normals[first as usize] != value;
-            sums[vertex] = vector::add(sums[vertex], vector::normalize(value));
+            first_corner += polygon.len();
         }
         if only.is_empty() {
             return None;
