@@ -7,7 +7,7 @@
 import { readFile } from 'node:fs/promises';
 import { createServer } from 'node:http';
 import { createRequire } from 'node:module';
-import { join, normalize } from 'node:path';
+import { basename, dirname, join, normalize } from 'node:path';
 
 const require = createRequire(join(process.env.FAM_CONSUMERS, 'package.json'));
 const { chromium } = require('playwright-core');
@@ -18,9 +18,10 @@ const models = files.filter((_, at) => at % 2 === 0);
 const pictures = files.filter((_, at) => at % 2 === 1);
 
 async function content(path) {
-  const model = path.match(/^\/models\/(\d+)$/);
+  const model = path.match(/^\/models\/(\d+)\/([^/]+)$/);
   if (model) {
-    return ['application/octet-stream', await readFile(models[model[1]])];
+    const file = join(dirname(models[model[1]]), decodeURIComponent(model[2]));
+    return ['application/octet-stream', await readFile(file)];
   }
   if (path === '/') {
     return ['text/html', await readFile(new URL('viewer.html', import.meta.url))];
@@ -63,7 +64,7 @@ try {
   for (const [at, picture] of pictures.entries()) {
     await page.evaluate(
       ([url, from]) => window.show(url, from),
-      [`/models/${at}`, direction.split(',').map(Number)],
+      [`/models/${at}/${encodeURIComponent(basename(models[at]))}`, direction.split(',').map(Number)],
     );
     await page.screenshot({ path: picture });
   }

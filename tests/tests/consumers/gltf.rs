@@ -26,6 +26,7 @@ pub fn write_documents(folder: &Path) -> Vec<PathBuf> {
     };
     vec![
         glb("character.glb", character()),
+        glb("relief.glb", relief()),
         glb("modes.glb", modes()),
         glb("cloud.glb", cloud()),
         write_with_files(folder),
@@ -233,7 +234,9 @@ fn character() -> Parts {
     let second = parts.view(&second, json!({"target": VERTICES}));
     let second = parts.accessor(second, UNSIGNED_SHORT, "VEC2", count);
     parts.json["accessors"][second]["normalized"] = true.into();
-    let color = |[s, t]: &[f32; 2]| [(s * 255.0) as u8, (t * 255.0) as u8, 128, 255];
+    // Close to white, so that the colours of textures are not lost.
+    let shade = |c: f32| 255 - (4.0 * c) as u8;
+    let color = |&[s, t]: &[f32; 2]| [shade(s), shade(t), 255, 255];
     let colors: Vec<_> = grid.iter().map(color).collect();
     let attributes = json!({
         "POSITION": parts.attribute(&positions),
@@ -314,7 +317,6 @@ fn add_character_materials(parts: &mut Parts) {
                 },
                 "metallicFactor": 0.0,
             },
-            "normalTexture": {"index": 1, "scale": 0.5},
             "occlusionTexture": {"index": 1, "texCoord": 1},
             "doubleSided": true,
         },
@@ -323,7 +325,7 @@ fn add_character_materials(parts: &mut Parts) {
             "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.75, 1.0, 1.0]},
             "extensions": {"KHR_materials_unlit": {}},
             "doubleSided": true,
-            "extras": 7,
+            "extras": {"layer": 7},
         },
     ]);
 }
@@ -341,7 +343,11 @@ fn add_character_nodes(parts: &mut Parts) {
         {"name": "hip", "children": [2]},
         {"name": "knee", "rotation": [0.0, 0.0, 0.38268343, 0.92387953]},
         {"name": "view", "camera": 0, "translation": [0.0, 0.0, 5.0]},
-        {"name": "lamp", "extensions": {"KHR_lights_punctual": {"light": 0}}},
+        {
+            "name": "lamp behind",
+            "rotation": [0.0, 1.0, 0.0, 0.0],
+            "extensions": {"KHR_lights_punctual": {"light": 0}},
+        },
     ]);
     parts.json["extensions"] = json!({
         "KHR_lights_punctual": {"lights": [{"type": "directional", "intensity": 1.0}]},
@@ -369,6 +375,43 @@ fn add_animation(parts: &mut Parts) {
             {"sampler": 2, "target": {"node": 0, "path": "weights"}},
         ],
     }]);
+}
+
+/// Bumps, with the tangents that they are relative to.
+fn relief() -> Parts {
+    let mut parts = Parts::new();
+    let grid = grid();
+    let positions: Vec<_> = grid.iter().copied().map(plane).collect();
+    let uvs = parts.attribute(&grid);
+    let attributes = json!({
+        "POSITION": parts.attribute(&positions),
+        "NORMAL": parts.attribute(&vec![[0.0, 0.0, 1.0]; grid.len()]),
+        "TANGENT": parts.attribute(&vec![[1.0, 0.0, 0.0, 1.0]; grid.len()]),
+        "TEXCOORD_0": uvs,
+        "TEXCOORD_1": uvs,
+    });
+    let triangles = parts.indices(&grid_triangles(), UNSIGNED_SHORT);
+    let view = parts.view(&png(), json!({}));
+    parts.push(
+        "images",
+        json!({"mimeType": "image/png", "bufferView": view}),
+    );
+    parts.push("textures", json!({"source": 0}));
+    let mut primitives = Vec::new();
+    for set in 0..2 {
+        let texture = json!({"index": 0, "texCoord": set});
+        let matt = json!({"metallicFactor": 0.0});
+        let material = json!({"normalTexture": texture, "pbrMetallicRoughness": matt});
+        let material = parts.push("materials", material);
+        primitives.push(json!({
+            "attributes": attributes, "indices": triangles, "material": material,
+        }));
+    }
+    parts.push("meshes", json!({"primitives": primitives}));
+    parts.push("nodes", json!({"mesh": 0}));
+    parts.push("scenes", json!({"nodes": [0]}));
+    parts.json["scene"] = 0.into();
+    parts
 }
 
 /// Triangles as lists, strips and fans, with indices of all widths and without, beside lines

@@ -41,10 +41,9 @@ impl Consumers {
             std::env::var_os("FAM_REQUIRE_CONSUMERS").is_none(),
             "{missing} is not installed, and FAM_REQUIRE_CONSUMERS is set"
         );
-        let _ = writeln!(
-            std::io::stderr(),
-            "SKIPPED: {missing} is not installed; tests/consumers/install does that"
-        );
+        skipped(&format!(
+            "{missing} is not installed; tests/consumers/install does that"
+        ));
         None
     }
 
@@ -98,6 +97,12 @@ impl Consumers {
         let open = |path: &PathBuf| image::open(path).unwrap().to_rgb8();
         pictures.iter().map(open).collect()
     }
+}
+
+/// Says, past the capture of the test harness, that a test does not run.
+pub fn skipped(why: &str) {
+    let line = format!("SKIPPED: {why}\n");
+    let _ = std::io::stderr().write_all(line.as_bytes());
 }
 
 /// What is behind the object in a picture.

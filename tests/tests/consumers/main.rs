@@ -5,6 +5,9 @@
 //! `FAM_CONSUMERS` names. Where one is missing, the tests that need it are skipped, or fail if
 //! `FAM_REQUIRE_CONSUMERS` is set.
 
+#[path = "../common/mod.rs"]
+mod common;
+mod end_to_end;
 mod gltf;
 mod installed;
 mod meshes;

@@ -5,16 +5,17 @@
 //! are followed by more vertices. meshio reads the UVs of PLY files, and those of OBJ files if
 //! there is one for each vertex, in their order.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use fam_core::surface::{Surface, UvMap, shapes};
-use fam_io::{Document, Uvs, WriteOptions};
+use fam_io::{Document, Format, Uvs, WriteOptions};
+use tempfile::TempDir;
 
 use crate::installed::{Consumers, Seen};
-use crate::surfaces::{CLOUD, HOUSE, documents, obj, per_corner, per_vertex, write};
+use crate::surfaces::{CLOUD, HOUSE, documents, obj, per_corner, per_vertex, real_models, write};
 
 /// A position and a UV, in single precision, which all of the files have at least.
-type Corner = [u32; 5];
+pub type Corner = [u32; 5];
 
 fn corner(numbers: impl IntoIterator<Item = f64>) -> Corner {
     // Adding zero makes −0 and 0 one.
@@ -38,7 +39,7 @@ fn sorted(triangles: impl IntoIterator<Item = [Corner; 3]>) -> Vec<[Corner; 3]> 
     triangles
 }
 
-fn expected(surface: &Surface, uvs: &UvMap) -> Vec<[Corner; 3]> {
+pub fn expected(surface: &Surface, uvs: &UvMap) -> Vec<[Corner; 3]> {
     let Surface::Mesh(mesh) = surface else {
         panic!("UVs of a mesh for a cloud")
     };
@@ -50,7 +51,7 @@ fn expected(surface: &Surface, uvs: &UvMap) -> Vec<[Corner; 3]> {
 }
 
 /// The triangles of a mesh, polygons as fans.
-fn seen_triangles(seen: &Seen) -> Vec<[Corner; 3]> {
+pub fn seen_triangles(seen: &Seen) -> Vec<[Corner; 3]> {
     let corners = |face: &Vec<Vec<f64>>| face.iter().map(|c| corner(c.clone())).collect();
     let faces: Vec<Vec<Corner>> = seen.faces.iter().map(corners).collect();
     let fans = faces.iter().flat_map(|face| {
@@ -60,22 +61,59 @@ fn seen_triangles(seen: &Seen) -> Vec<[Corner; 3]> {
     sorted(fans)
 }
 
-#[track_caller]
-fn assert_sees(consumers: &Consumers, tool: &str, file: &Path, surface: &Surface, uvs: &Uvs) {
-    let seen = consumers.read(tool, file);
-    match uvs {
-        Uvs::Mesh(uvs) => {
-            assert!(
-                seen_triangles(&seen) == expected(surface, uvs),
-                "{tool} sees other UVs in {}",
-                file.display()
-            );
+/// Files with the UVs that were written to them.
+struct Written {
+    folder: TempDir,
+    files: Vec<(PathBuf, Surface, Uvs)>,
+}
+
+impl Written {
+    fn new() -> Self {
+        Self {
+            folder: tempfile::tempdir().unwrap(),
+            files: Vec::new(),
         }
-        Uvs::Points(uvs) => {
-            let points = surface.positions().iter().zip(uvs);
-            let points = points.map(|(p, uv)| corner(p.iter().copied().chain(uv.map(f64::from))));
-            let seen = seen.points.into_iter().map(corner);
-            assert_eq!(seen.collect::<Vec<_>>(), points.collect::<Vec<_>>());
+    }
+
+    fn add(&mut self, document: &Document, uvs: Uvs, format: Format) {
+        let name = format!("{}.{}", self.files.len(), format.extension());
+        let path = self.folder.path().join(name);
+        write(document, &uvs, &path, &WriteOptions::default());
+        self.files.push((path, document.surface().clone(), uvs));
+    }
+
+    fn paths(&self) -> Vec<PathBuf> {
+        self.files.iter().map(|(path, ..)| path.clone()).collect()
+    }
+
+    /// Leaves out PLY files with faces of different sizes.
+    fn without_mixed_ply(mut self, consumers: &Consumers) -> Self {
+        let is_ply = |path: &PathBuf| Format::of_path(path) == Some(Format::Ply);
+        let paths: Vec<_> = self.paths().into_iter().filter(is_ply).collect();
+        let seen = consumers.read("meshio", &paths);
+        let is_mixed = |path: &Path| {
+            let faces = seen.get(path).map_or(&[][..], |seen| &seen.faces);
+            faces.windows(2).any(|pair| pair[0].len() != pair[1].len())
+        };
+        self.files.retain(|(path, ..)| !is_mixed(path));
+        self
+    }
+
+    fn check(&self, consumers: &Consumers, tool: &str) {
+        let seen = consumers.read(tool, &self.paths());
+        for (path, surface, uvs) in &self.files {
+            let seen = &seen[path];
+            let same = match uvs {
+                Uvs::Mesh(uvs) => seen_triangles(seen) == expected(surface, uvs),
+                Uvs::Points(uvs) => {
+                    let points = surface.positions().iter().zip(uvs);
+                    let points =
+                        points.map(|(p, uv)| corner(p.iter().copied().chain(uv.map(f64::from))));
+                    let seen = seen.points.iter().map(|c| corner(c.iter().copied()));
+                    seen.eq(points)
+                }
+            };
+            assert!(same, "{tool} sees other UVs in {}", path.display());
         }
     }
 }
@@ -84,36 +122,24 @@ fn is_mesh(document: &Document) -> bool {
     matches!(document.surface(), Surface::Mesh(_))
 }
 
-fn has_faces_of_one_size(consumers: &Consumers, file: &Path) -> bool {
-    let faces = consumers.read("meshio", file).faces;
-    faces.windows(2).all(|pair| pair[0].len() == pair[1].len())
-}
-
 #[test]
 fn trimesh_sees_the_uvs_of_meshes() {
     let Some(consumers) = Consumers::with_mesh_readers() else {
         return;
     };
-    let folder = tempfile::tempdir().unwrap();
-    let mut compared = 0;
-    for (name, document) in documents().into_iter().filter(|(_, d)| is_mesh(d)) {
+    let mut written = Written::new();
+    for (_, document) in documents().into_iter().filter(|(_, d)| is_mesh(d)) {
         for uvs in [per_vertex, per_corner] {
-            let uvs = uvs(document.surface());
-            for extension in ["obj", "ply", "glb", "gltf"] {
-                let file = folder.path().join(format!("{name}.{extension}"));
-                write(&document, &uvs, &file, &WriteOptions::default());
-                if extension != "ply" || has_faces_of_one_size(&consumers, &file) {
-                    assert_sees(&consumers, "trimesh", &file, document.surface(), &uvs);
-                    compared += 1;
-                }
+            for format in [Format::Obj, Format::Ply, Format::Glb, Format::Gltf] {
+                written.add(&document, uvs(document.surface()), format);
             }
         }
     }
-    assert_eq!(
-        compared,
-        5 * 2 * 4 - 3,
-        "only the house has faces of several sizes"
-    );
+    let all = written.files.len();
+    let written = written.without_mixed_ply(&consumers);
+    // The house, from three formats.
+    assert_eq!(written.files.len(), all - 3);
+    written.check(&consumers, "trimesh");
 }
 
 #[test]
@@ -121,19 +147,21 @@ fn a_mirrored_layout_is_told_apart() {
     let Some(consumers) = Consumers::with_mesh_readers() else {
         return;
     };
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("house.obj");
     let document = obj(HOUSE);
     let Uvs::Mesh(uvs) = per_vertex(document.surface()) else {
         unreachable!()
     };
     let mirrored = uvs.uvs().iter().map(|[u, v]| [*u, 1.0 - v]).collect();
     let mirrored = UvMap::new(mirrored, uvs.triangles().to_vec()).unwrap();
-    let options = WriteOptions::default();
-    document.write_mesh_uvs(&mirrored, &file, &options).unwrap();
-    let seen = seen_triangles(&consumers.read("trimesh", &file));
-    assert!(seen == expected(document.surface(), &mirrored));
-    assert!(seen != expected(document.surface(), &uvs));
+    for format in [Format::Obj, Format::Glb] {
+        let mut written = Written::new();
+        written.add(&document, Uvs::Mesh(mirrored.clone()), format);
+        let path = &written.files[0].0;
+        let seen = consumers.read("trimesh", std::slice::from_ref(path));
+        let seen = seen_triangles(&seen[path]);
+        assert!(seen == expected(document.surface(), &mirrored));
+        assert!(seen != expected(document.surface(), &uvs));
+    }
 }
 
 #[test]
@@ -141,15 +169,13 @@ fn meshio_sees_the_uvs_of_ply_files() {
     let Some(consumers) = Consumers::with_mesh_readers() else {
         return;
     };
-    let folder = tempfile::tempdir().unwrap();
-    for (name, document) in documents() {
+    let mut written = Written::new();
+    for (_, document) in documents() {
         for uvs in [per_vertex, per_corner] {
-            let uvs = uvs(document.surface());
-            let file = folder.path().join(format!("{name}.ply"));
-            write(&document, &uvs, &file, &WriteOptions::default());
-            assert_sees(&consumers, "meshio", &file, document.surface(), &uvs);
+            written.add(&document, uvs(document.surface()), Format::Ply);
         }
     }
+    written.check(&consumers, "meshio");
 }
 
 #[test]
@@ -157,15 +183,31 @@ fn meshio_sees_the_uvs_of_obj_files_without_seams() {
     let Some(consumers) = Consumers::with_mesh_readers() else {
         return;
     };
-    let folder = tempfile::tempdir().unwrap();
     let moebius = shapes::moebius_strip(0.5, 40, 4);
-    for (name, document) in [
-        ("moebius", Document::of_surface(Surface::Mesh(moebius))),
-        ("cloud", obj(CLOUD)),
-    ] {
-        let uvs = per_vertex(document.surface());
-        let file = folder.path().join(format!("{name}.obj"));
-        write(&document, &uvs, &file, &WriteOptions::default());
-        assert_sees(&consumers, "meshio", &file, document.surface(), &uvs);
+    let mut written = Written::new();
+    for document in [Document::of_surface(Surface::Mesh(moebius)), obj(CLOUD)] {
+        written.add(&document, per_vertex(document.surface()), Format::Obj);
     }
+    written.check(&consumers, "meshio");
+}
+
+#[test]
+fn trimesh_sees_the_uvs_of_real_models() {
+    let Some(consumers) = Consumers::with_mesh_readers() else {
+        return;
+    };
+    let mut written = Written::new();
+    for path in real_models(300_000) {
+        let Ok(document) = fam_io::read_surface(&path) else {
+            continue;
+        };
+        let has_places = matches!(document.format(), Format::Glb | Format::Gltf);
+        if is_mesh(&document) && !has_places {
+            let uvs = per_corner(document.surface());
+            for format in [Format::Obj, Format::Ply, Format::Glb] {
+                written.add(&document, uvs.clone(), format);
+            }
+        }
+    }
+    written.check(&consumers, "trimesh");
 }

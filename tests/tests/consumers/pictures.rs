@@ -1,14 +1,15 @@
 //! three.js shows the checker texture where the UVs put it: a board of 8 × 8 fields, on which
 //! red grows to the right and green upwards, each with an upright F.
 
-use std::path::Path;
+use std::path::PathBuf;
 
 use fam_core::surface::{Surface, UvMap, shapes};
-use fam_io::{Document, WriteOptions};
-use image::RgbImage;
+use fam_io::{Document, Format, Uvs, WriteOptions};
+use image::{Rgb, RgbImage};
 
+use crate::gltf::write_documents;
 use crate::installed::{BACKGROUND, Consumers};
-use crate::surfaces::obj;
+use crate::surfaces::{obj, real_models, write};
 
 /// A cube with the whole UV square on each side.
 const CUBE: &str = "\
@@ -33,7 +34,7 @@ f 5/1 6/2 2/3 1/4
 ";
 
 const FRONT: [i32; 3] = [0, 0, 1];
-const ASLANT: [i32; 3] = [2, 3, 4];
+pub const ASLANT: [i32; 3] = [2, 3, 4];
 
 fn checker() -> WriteOptions {
     WriteOptions {
@@ -63,7 +64,7 @@ fn tone(pixel: [u8; 3]) -> Option<Tone> {
 }
 
 /// Which parts of the object in a picture are light and dark fields.
-fn shares(picture: &RgbImage) -> [f64; 2] {
+pub fn shares(picture: &RgbImage) -> [f64; 2] {
     let object = || picture.pixels().filter(|pixel| pixel.0 != BACKGROUND);
     let share = |of| {
         let pixels = object().filter(|pixel| tone(pixel.0) == Some(of)).count();
@@ -154,4 +155,111 @@ fn a_cube_shows_boards_and_without_the_option_it_does_not() {
     assert!(light > 0.3 && dark > 0.3, "{light} {dark}");
     assert!(changes(glb, 256) > 10, "{}", changes(glb, 256));
     assert!(glb == gltf, "the same document looks the same");
+}
+
+/// UVs as seen from the front, with the whole UV square over the surface.
+fn planar(surface: &Surface) -> Uvs {
+    let positions = surface.positions();
+    let along = |axis: usize| {
+        let values = || positions.iter().map(|p| p[axis]);
+        let (min, max) = (
+            values().fold(f64::INFINITY, f64::min),
+            values().fold(f64::NEG_INFINITY, f64::max),
+        );
+        move |p: &[f64; 3]| ((p[axis] - min) / (max - min)) as f32
+    };
+    let (u, v) = (along(0), along(1));
+    let uvs = positions.iter().map(|p| [u(p), v(p)]).collect();
+    match surface {
+        Surface::Mesh(mesh) => Uvs::Mesh(UvMap::new(uvs, mesh.triangles().to_vec()).unwrap()),
+        Surface::PointCloud(_) => Uvs::Points(uvs),
+    }
+}
+
+#[test]
+fn documents_of_all_kinds_show_the_board() {
+    let Some(consumers) = Consumers::with_browser() else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let mut files = Vec::new();
+    for input in write_documents(folder.path()) {
+        let document = fam_io::read_surface(&input).unwrap();
+        if let Surface::Mesh(_) = document.surface() {
+            let file = input.with_extension("checker.glb");
+            write(&document, &planar(document.surface()), &file, &checker());
+            files.push(file);
+        }
+    }
+    assert!(files.len() >= 4);
+    let paths: Vec<_> = files.iter().map(PathBuf::as_path).collect();
+    for (file, picture) in files.iter().zip(consumers.pictures(FRONT, &paths)) {
+        let [light, dark] = shares(&picture);
+        assert!(
+            light > 0.2 && dark > 0.2,
+            "{}: {light} {dark}",
+            file.display()
+        );
+    }
+}
+
+#[test]
+fn written_with_the_uvs_it_has_a_document_looks_the_same() {
+    let Some(consumers) = Consumers::with_browser() else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let mut pairs = Vec::new();
+    let models = real_models(500_000).into_iter();
+    for input in write_documents(folder.path()).into_iter().chain(models) {
+        let Ok(document) = fam_io::read_surface(&input) else {
+            continue;
+        };
+        let is_gltf = matches!(document.format(), Format::Glb | Format::Gltf);
+        if let (true, Some(uvs)) = (is_gltf, document.uv_map()) {
+            let name = input.file_stem().unwrap().to_string_lossy();
+            let output = folder.path().join(format!("{name}.same.glb"));
+            let options = WriteOptions::default();
+            document.write_mesh_uvs(uvs, &output, &options).unwrap();
+            pairs.extend([input, output]);
+        }
+    }
+    assert!(pairs.len() >= 2 * 3);
+    let paths: Vec<_> = pairs.iter().map(PathBuf::as_path).collect();
+    let pictures = consumers.pictures(ASLANT, &paths);
+    for (files, pictures) in pairs.chunks(2).zip(pictures.chunks(2)) {
+        let different = differences(&pictures[0], &pictures[1]);
+        assert!(different < 0.002, "{}: {different}", files[0].display());
+        assert!(pictures[0].pixels().any(|pixel| pixel.0 != BACKGROUND));
+    }
+}
+
+/// Which part of the pixels of two pictures differ.
+fn differences(one: &RgbImage, other: &RgbImage) -> f64 {
+    let differ =
+        |(a, b): &(&Rgb<u8>, &Rgb<u8>)| a.0.iter().zip(b.0).any(|(a, b)| a.abs_diff(b) > 8);
+    let different = one.pixels().zip(other.pixels()).filter(differ).count();
+    different as f64 / one.pixels().len() as f64
+}
+
+#[test]
+fn seam_lines_are_seen() {
+    let Some(consumers) = Consumers::with_browser() else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let cube = obj(CUBE);
+    let files = ["plain.glb", "seams.glb"].map(|name| folder.path().join(name));
+    let seam_lines = vec![[0, 1], [1, 2], [2, 3], [3, 0]];
+    let seams = WriteOptions {
+        seam_lines,
+        ..WriteOptions::default()
+    };
+    for (file, options) in files.iter().zip([WriteOptions::default(), seams]) {
+        cube.write_mesh_uvs(cube.uv_map().unwrap(), file, &options)
+            .unwrap();
+    }
+    let pictures = consumers.pictures(ASLANT, &files.each_ref().map(|file| file.as_path()));
+    let drawn = differences(&pictures[0], &pictures[1]);
+    assert!(drawn > 0.001 && drawn < 0.02, "{drawn}");
 }

@@ -1,9 +1,12 @@
 //! Surfaces to write, and UVs for them.
 
-use std::path::Path;
+use std::fs;
+use std::path::{Path, PathBuf};
 
 use fam_core::surface::{Surface, UvMap, shapes};
 use fam_io::{Document, Format, Uvs, WriteOptions};
+
+use crate::installed::skipped;
 
 /// Triangles, quads and a hexagon in three objects and of three materials, which alternate; some
 /// with normals and UVs.
@@ -142,4 +145,26 @@ pub fn write(document: &Document, uvs: &Uvs, path: &Path, options: &WriteOptions
         Uvs::Points(uvs) => document.write_point_uvs(uvs, path, options),
     }
     .unwrap();
+}
+
+/// The files of at most so many bytes in the folder of real models beside the repository; none
+/// if it is not there.
+pub fn real_models(most: u64) -> Vec<PathBuf> {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/models");
+    if !models.is_dir() {
+        skipped("the real models are not present");
+        return Vec::new();
+    }
+    let folders = [models.join("formats"), models.join("hostile"), models];
+    let entries = folders
+        .iter()
+        .flat_map(|folder| fs::read_dir(folder).unwrap());
+    let is_wanted = |path: &PathBuf| {
+        let metadata = fs::metadata(path).unwrap();
+        metadata.is_file() && metadata.len() <= most
+    };
+    let files = entries.map(|entry| entry.unwrap().path()).filter(is_wanted);
+    let files: Vec<_> = files.collect();
+    assert!(files.len() > 30);
+    files
 }
