@@ -109,8 +109,10 @@ impl Labels {
             return self;
         };
         let mut parents: Vec<u32> = (0..=last).collect();
-        let root = |parents: &[u32], mut of: u32| {
+        // Every step to the root halves the way for those to come.
+        let root = |parents: &mut [u32], mut of: u32| {
             while parents[of as usize] != of {
+                parents[of as usize] = parents[parents[of as usize] as usize];
                 of = parents[of as usize];
             }
             of
@@ -120,13 +122,13 @@ impl Labels {
             for &vertex in triangle {
                 let owner = *owners[vertex as usize].get_or_insert(object);
                 if owner != object {
-                    let (a, b) = (root(&parents, owner), root(&parents, object));
+                    let (a, b) = (root(&mut parents, owner), root(&mut parents, object));
                     parents[a.max(b) as usize] = a.min(b);
                 }
             }
         }
         for object in &mut self.objects {
-            *object = root(&parents, *object);
+            *object = root(&mut parents, *object);
         }
         let first = self.objects.first().copied();
         if self.objects.iter().all(|&object| Some(object) == first) {

@@ -54,8 +54,6 @@
 
 pub mod atomic;
 mod color;
-#[cfg(test)]
-mod damaged;
 mod detect;
 mod document;
 mod error;

@@ -237,17 +237,16 @@ mod tests {
         write("a.png", "pixels");
         let path = folder.path().join("a.obj");
         let source = parse(Content::File(path)).unwrap().source;
-        assert_eq!(
-            source.companions(),
-            [Path::new("a.mtl"), Path::new("a.png")]
-        );
+        let (of, companions) = source.companions().unwrap();
+        assert_eq!(of, folder.path());
+        assert_eq!(companions, [Path::new("a.mtl"), Path::new("a.png")]);
         let material = &source.scene().unwrap().materials[0];
         assert_eq!(material.base_color, [1.0, 0.0, 0.0, 1.0]);
-        assert_eq!(material.texture.as_ref().unwrap().bytes, b"pixels");
+        assert_eq!(&*material.texture.as_ref().unwrap().bytes, b"pixels");
 
         let bytes = Content::Bytes(text.as_bytes().to_vec());
         let source = parse(bytes).unwrap().source;
-        assert!(source.companions().is_empty());
+        assert!(source.companions().is_none());
         assert_eq!(source.scene().unwrap().materials, [materials::white("red")]);
     }
 

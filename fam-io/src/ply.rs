@@ -190,7 +190,7 @@ impl Source {
         mut each: impl FnMut(usize, &[i64]) -> Result<(), ReadFault>,
     ) -> Result<usize, ReadFault> {
         let table = self.table(element);
-        let name = &table.element.name;
+        let name = table.element.title();
         let column = corners_column(table.element)
             .ok_or_else(|| ReadFault::Malformed(format!("`{name}` has no list vertex_indices")))?;
         let kind = table.element.properties[column].kind;

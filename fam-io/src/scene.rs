@@ -1,5 +1,7 @@
 //! What the formats have in common, for writing a file of one as another.
 
+use std::rc::Rc;
+
 use fam_core::surface::Surface;
 
 use crate::polygons::Polygons;
@@ -23,11 +25,11 @@ pub(crate) struct Material {
     pub texture: Option<Image>,
 }
 
-/// An encoded image (PNG, JPEG, …).
+/// An encoded image (PNG, JPEG, …). Materials that have the same one share its bytes.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Image {
     pub name: String,
-    pub bytes: Vec<u8>,
+    pub bytes: Rc<[u8]>,
 }
 
 /// Faces over shared vertices; points, if there are no faces.

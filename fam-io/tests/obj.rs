@@ -298,8 +298,10 @@ impl File {
             }
         }
         let [objects, materials] = labels;
-        if names[0].len() > 1 {
-            expected.labels.objects = objects.into_iter().flatten().collect();
+        let mut objects: Vec<u32> = objects.into_iter().flatten().collect();
+        unite_at_vertices(&mut objects, &expected.faces);
+        if objects.iter().any(|&object| object != objects[0]) {
+            expected.labels.objects = objects;
         }
         if !names[1].is_empty() {
             expected.labels.materials = materials;
@@ -424,6 +426,29 @@ impl File {
             text.extend(end.as_bytes());
         }
         text
+    }
+}
+
+/// Gives objects that share a vertex the lowest of their numbers; `objects` are those of the
+/// triangles of the faces.
+fn unite_at_vertices(objects: &mut [u32], faces: &[Vec<(usize, Option<usize>)>]) {
+    let of_triangles: Vec<_> = faces
+        .iter()
+        .flat_map(|face| std::iter::repeat_n(face, face.len() - 2))
+        .collect();
+    let share = |a: usize, b: usize| {
+        let mut corners = of_triangles[a].iter();
+        corners.any(|&(vertex, _)| of_triangles[b].iter().any(|&(other, _)| other == vertex))
+    };
+    for a in 0..objects.len() {
+        for b in 0..a {
+            let (low, high) = (objects[a].min(objects[b]), objects[a].max(objects[b]));
+            if low != high && share(a, b) {
+                for object in objects.iter_mut().filter(|object| **object == high) {
+                    *object = low;
+                }
+            }
+        }
     }
 }
 

@@ -99,22 +99,7 @@ impl Components {
         if list.is_empty() {
             return Err(SurfaceError::TooSmall("its triangles have no area"));
         }
-        let mut at_vertex: HashMap<(u32, u32), u32> = HashMap::new();
-        for (t, triangle) in triangles.iter().enumerate() {
-            for &v in triangle {
-                if let Some(component) = of_triangle[t] {
-                    at_vertex.entry((label(t), v)).or_insert(component);
-                }
-            }
-        }
-        for (t, kind) in kinds.iter().enumerate() {
-            let touched = |v: &u32| at_vertex.get(&(label(t), *v)).copied();
-            match kind {
-                Kind::Kept => {}
-                Kind::DuplicateOf(first) => of_triangle[t] = of_triangle[*first as usize],
-                Kind::Collapsed => of_triangle[t] = triangles[t].iter().find_map(touched),
-            }
-        }
+        follow_neighbours(&mut of_triangle, &triangles, &kinds, label);
 
         let used = mesh.used_vertices();
         let positions = rescaled(mesh.positions());
@@ -203,6 +188,33 @@ fn kinds(triangles: &[[u32; 3]], label: impl Fn(usize) -> u32) -> Vec<Kind> {
     triangles.iter().enumerate().map(kind).collect()
 }
 
+/// Gives the triangles that are in no component's mesh the component of their neighbours.
+fn follow_neighbours(
+    of_triangle: &mut [Option<u32>],
+    triangles: &[[u32; 3]],
+    kinds: &[Kind],
+    label: impl Fn(usize) -> u32,
+) {
+    let mut at_vertex: HashMap<(u32, u32), u32> = HashMap::new();
+    if kinds.contains(&Kind::Collapsed) {
+        for (t, triangle) in triangles.iter().enumerate() {
+            if let Some(component) = of_triangle[t] {
+                for &v in triangle {
+                    at_vertex.entry((label(t), v)).or_insert(component);
+                }
+            }
+        }
+    }
+    for (t, kind) in kinds.iter().enumerate() {
+        let touched = |v: &u32| at_vertex.get(&(label(t), *v)).copied();
+        match kind {
+            Kind::Kept => {}
+            Kind::DuplicateOf(first) => of_triangle[t] = of_triangle[*first as usize],
+            Kind::Collapsed => of_triangle[t] = triangles[t].iter().find_map(touched),
+        }
+    }
+}
+
 /// Which triangles, and which of their corners, hang together.
 struct Fans {
     triangles: Sets,
@@ -263,16 +275,20 @@ impl Fans {
             .iter()
             .flat_map(|&(label, ends)| ends.map(|v| (label, v)))
             .collect();
-        let mut fans: HashMap<(u32, u32), HashSet<u32>> = HashMap::new();
+        let mut fans: Vec<(u32, u32, u32)> = Vec::new();
         for (t, triangle) in triangles.iter().enumerate() {
             for (c, &v) in triangle.iter().enumerate() {
                 if kinds[t] == Kind::Kept && !on_edge.contains(&(label(t), v)) {
                     let fan = self.corners.find((3 * t + c) as u32);
-                    fans.entry((label(t), v)).or_default().insert(fan);
+                    fans.push((label(t), v, fan));
                 }
             }
         }
-        fans.values().filter(|fans| fans.len() > 1).count()
+        fans.sort_unstable();
+        fans.dedup();
+        fans.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1))
+            .filter(|fans| fans.len() > 1)
+            .count()
     }
 }
 

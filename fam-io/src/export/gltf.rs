@@ -14,6 +14,7 @@
 
 use std::collections::HashMap;
 use std::io::Write;
+use std::rc::Rc;
 
 use ::gltf::json::accessor::UNSIGNED_BYTE;
 use ::gltf::json::buffer::ARRAY_BUFFER;
@@ -70,13 +71,17 @@ pub(super) fn write(
 
 /// Adds all materials in order, and before each the image that it is the first to use.
 fn add_materials(package: &mut Package, scene: &Scene) {
-    let mut textures: HashMap<&[u8], usize> = HashMap::new();
+    let mut textures = HashMap::new();
     for material in &scene.materials {
         let image = material.texture.as_ref();
         let texture = image.and_then(|image| {
             let kind = image_type(&image.bytes)?;
             let added = || add_texture(package, image, kind);
-            Some(*textures.entry(&image.bytes).or_insert_with(added))
+            Some(
+                *textures
+                    .entry(Rc::as_ptr(&image.bytes))
+                    .or_insert_with(added),
+            )
         });
         package.push("materials", material_json(material, texture));
     }

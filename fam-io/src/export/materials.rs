@@ -6,6 +6,7 @@
 
 use std::collections::HashMap;
 use std::fmt::Write;
+use std::rc::Rc;
 
 use crate::scene::{Image, Scene};
 
@@ -31,7 +32,7 @@ pub(super) fn companions(scene: &Scene, stem: &str) -> Vec<(String, Vec<u8>)> {
         return Vec::new();
     }
     let mut companions = Vec::new();
-    let mut textures: HashMap<&[u8], String> = HashMap::new();
+    let mut textures: HashMap<*const [u8], String> = HashMap::new();
     let mut text = String::new();
     for (material, name) in scene.materials.iter().zip(names(scene).0) {
         let [r, g, b, opacity] = material.base_color.map(unit);
@@ -41,9 +42,9 @@ pub(super) fn companions(scene: &Scene, stem: &str) -> Vec<(String, Vec<u8>)> {
             continue;
         };
         let number = textures.len() + 1;
-        let file = textures.entry(&image.bytes).or_insert_with(|| {
+        let file = textures.entry(Rc::as_ptr(&image.bytes)).or_insert_with(|| {
             let file = format!("{}-{number}.{extension}", names::word(stem));
-            companions.push((file.clone(), image.bytes.clone()));
+            companions.push((file.clone(), image.bytes.to_vec()));
             file
         });
         let _ = writeln!(text, "map_Kd {file}");

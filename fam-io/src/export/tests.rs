@@ -138,9 +138,10 @@ fn companions_are_the_textures_and_the_library() {
     let image = |bytes: &[u8]| {
         Some(Image {
             name: String::new(),
-            bytes: bytes.to_vec(),
+            bytes: bytes.into(),
         })
     };
+    let shared = image(PNG);
     let material = |name: &str, texture| Material {
         name: name.to_owned(),
         base_color: [0.0, 1.0, 0.001, 0.5],
@@ -148,9 +149,9 @@ fn companions_are_the_textures_and_the_library() {
     };
     let scene = Scene {
         materials: vec![
-            material("none", image(PNG)),
+            material("none", shared.clone()),
             material("", image(b"\xff\xd8\xff\xe0")),
-            material("a", image(PNG)),
+            material("a", shared),
             material("a", image(b"RIFF....WEBP")),
         ],
         meshes: vec![sheet()],
@@ -379,7 +380,7 @@ fn gltf_has_triangles_by_material() {
     mesh.colors = Some(vec![[1.0, 0.0, 0.2, 0.5]; 6]);
     let image = Image {
         name: "wood".to_owned(),
-        bytes: PNG.to_vec(),
+        bytes: PNG.into(),
     };
     let material = Material {
         name: "red".to_owned(),

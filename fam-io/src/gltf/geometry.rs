@@ -154,22 +154,22 @@ impl<'a> Reader<'a> {
         if key.0.iter().all(|(name, _)| name != "POSITION") {
             return Ok(());
         }
-        let pool = match pools.get(&key) {
-            Some(&pool) => pool,
-            None => {
-                let pool = self.pool(mesh, &key)?;
-                self.geometry.pools.push(pool);
-                pools.insert(key, self.geometry.pools.len() - 1);
-                self.geometry.pools.len() - 1
-            }
+        let (pool, added) = match pools.get(&key) {
+            Some(&pool) => (pool, None),
+            None => (self.geometry.pools.len(), Some(self.pool(mesh, &key)?)),
         };
         let mut triangles = Vec::new();
         if mode != POINTS {
-            let vertices = self.geometry.pools[pool].vertices.len();
+            let pool = added.as_ref().unwrap_or_else(|| &self.geometry.pools[pool]);
+            let vertices = pool.vertices.len();
             triangles = triangles_of(mode, &self.indices(primitive, vertices)?);
             if triangles.is_empty() {
                 return Ok(());
             }
+        }
+        if let Some(added) = added {
+            self.geometry.pools.push(added);
+            pools.insert(key, pool);
         }
         let materials = self.package.count("materials");
         self.geometry.primitives.push(Primitive {

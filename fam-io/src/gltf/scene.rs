@@ -1,6 +1,8 @@
 //! A document as what all formats have in common.
 
+use std::collections::HashMap;
 use std::path::Path;
+use std::rc::Rc;
 
 use ::gltf::json::accessor::Type;
 use serde_json::Value;
@@ -19,11 +21,16 @@ pub(super) fn scene(
     geometry: &Geometry,
     nodes: &[Node],
 ) -> Scene {
+    let mut images = Images {
+        package,
+        folder,
+        read: HashMap::new(),
+    };
     let materials = package.entries("materials").iter();
     let meshes = package.entries("meshes").iter().enumerate();
     Scene {
         materials: materials
-            .map(|entry| material(package, folder, entry))
+            .map(|entry| material(entry, &mut images))
             .collect(),
         meshes: meshes
             .map(|(index, entry)| Mesh {
@@ -97,31 +104,42 @@ fn colors(package: &Package, pools: &[Pool]) -> Option<Vec<[f32; 4]>> {
     Some(colors.map(|color| color.map(|c| c as f32)).collect())
 }
 
-fn material(package: &Package, folder: Option<&Path>, entry: &Value) -> Material {
+fn material(entry: &Value, images: &mut Images) -> Material {
     let surface = &entry["pbrMetallicRoughness"];
     let factor = surface["baseColorFactor"].as_array();
     let component = |c: usize| factor.and_then(|factor| factor.get(c)?.as_f64());
     Material {
         name: name(entry),
         base_color: std::array::from_fn(|c| component(c).unwrap_or(1.0) as f32),
-        texture: texture(package, folder, &surface["baseColorTexture"]),
+        texture: images.of_texture(&surface["baseColorTexture"]),
     }
 }
 
-/// The image of a texture, if it is there.
-fn texture(package: &Package, folder: Option<&Path>, info: &Value) -> Option<Image> {
-    let texture = package
-        .entries("textures")
-        .get(info["index"].as_u64()? as usize)?;
-    let extensions = texture["extensions"].as_object();
-    let alternatives = extensions.into_iter().flat_map(|all| all.values());
-    let mut sources = std::iter::once(texture).chain(alternatives);
-    let source = sources.find_map(|owner| owner["source"].as_u64())?;
-    let image = package.entries("images").get(source as usize)?;
-    Some(Image {
-        name: name(image),
-        bytes: images::bytes(package, folder, image)?,
-    })
+/// The images of a document; what several textures have is read once.
+struct Images<'a> {
+    package: &'a Package,
+    folder: Option<&'a Path>,
+    /// By the URI and the buffer view.
+    read: HashMap<(Option<&'a str>, Option<u64>), Option<Rc<[u8]>>>,
+}
+
+impl Images<'_> {
+    /// The image of a texture, if it is there.
+    fn of_texture(&mut self, info: &Value) -> Option<Image> {
+        let entry = |list, index: u64| self.package.entries(list).get(index as usize);
+        let texture = entry("textures", info["index"].as_u64()?)?;
+        let extensions = texture["extensions"].as_object();
+        let alternatives = extensions.into_iter().flat_map(|all| all.values());
+        let mut sources = std::iter::once(texture).chain(alternatives);
+        let source = sources.find_map(|owner| owner["source"].as_u64())?;
+        let image = entry("images", source)?;
+        let place = (image["uri"].as_str(), image["bufferView"].as_u64());
+        let read = || images::bytes(self.package, self.folder, image).map(Rc::from);
+        Some(Image {
+            name: name(image),
+            bytes: self.read.entry(place).or_insert_with(read).clone()?,
+        })
+    }
 }
 
 #[cfg(test)]

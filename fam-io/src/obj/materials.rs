@@ -9,6 +9,7 @@ use std::collections::HashMap;
 use std::fs::{self, File};
 use std::io::{self, BufReader, Write};
 use std::path::{Component, Path, PathBuf};
+use std::rc::Rc;
 
 use crate::scene::{Image, Material};
 use crate::text;
@@ -59,6 +60,7 @@ impl<'a> Libraries<'a> {
                 definitions.insert(definition.name.clone(), (library, definition));
             }
         }
+        let mut images = HashMap::new();
         names
             .iter()
             .map(|name| {
@@ -67,7 +69,8 @@ impl<'a> Libraries<'a> {
                     material.base_color = base_color(definition);
                     let image = definition.diffuse_texture.as_deref();
                     let image = image.and_then(|image| self.image(library, image));
-                    material.texture = image.map(|image| self.read_image(&image)).transpose()?;
+                    let read = |image| self.read_image(image, &mut images);
+                    material.texture = image.map(read).transpose()?;
                 }
                 Ok(material)
             })
@@ -122,12 +125,23 @@ impl<'a> Libraries<'a> {
         existing(self.folder, beside, name).or_else(|| existing(self.folder, Path::new(""), name))
     }
 
-    fn read_image(&self, image: &Path) -> io::Result<Image> {
+    /// An image, read once for all materials that have it.
+    fn read_image(
+        &self,
+        image: PathBuf,
+        read: &mut HashMap<PathBuf, Rc<[u8]>>,
+    ) -> io::Result<Image> {
         let name = image.file_name().unwrap_or_default();
-        Ok(Image {
-            name: name.to_string_lossy().into_owned(),
-            bytes: fs::read(self.folder.join(image))?,
-        })
+        let name = name.to_string_lossy().into_owned();
+        let bytes = match read.get(&image) {
+            Some(bytes) => bytes.clone(),
+            None => {
+                let bytes: Rc<[u8]> = fs::read(self.folder.join(&image))?.into();
+                read.insert(image, bytes.clone());
+                bytes
+            }
+        };
+        Ok(Image { name, bytes })
     }
 }
 
@@ -314,7 +328,7 @@ mod tests {
         let textures: Vec<_> = materials.into_iter().map(|m| m.texture).collect();
         let image = Image {
             name: "a.png".to_owned(),
-            bytes: b"pixels".to_vec(),
+            bytes: (*b"pixels").into(),
         };
         assert_eq!(textures, [None, None, Some(image), None]);
     }

@@ -48,7 +48,7 @@ fn locate_lines(bytes: &[u8], header: &Header) -> Result<Vec<Entries>, ReadFault
             cut(bytes, header.encoding, element, start, &mut cells).map_err(|bad| {
                 let problem = match bad {
                     Bad::Short(found) => {
-                        let (name, wanted) = (&element.name, element.properties.len());
+                        let (name, wanted) = (element.title(), element.properties.len());
                         format!("an entry of `{name}` has only {found} of its {wanted} properties")
                     }
                     Bad::Length(word) => {
@@ -81,7 +81,7 @@ fn locate_binary(bytes: &[u8], header: &Header) -> Result<Vec<Entries>, ReadFaul
             let end = end.map_err(|bad| match bad {
                 Bad::Short(_) => truncated(element, starts.len()),
                 Bad::Length(_) => {
-                    let (number, name) = (starts.len() + 1, &element.name);
+                    let (number, name) = (starts.len() + 1, element.title());
                     let problem =
                         format!("entry {number} of `{name}` has a list of negative length");
                     ReadFault::Malformed(problem)
@@ -102,7 +102,7 @@ fn entries_left(element: &Element, found: &[usize]) -> bool {
 
 fn truncated(element: &Element, found: usize) -> ReadFault {
     ReadFault::Truncated {
-        element: excerpt(element.name.as_bytes()),
+        element: element.title(),
         announced: element.count,
         found: found as u64,
     }

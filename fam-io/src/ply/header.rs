@@ -96,6 +96,11 @@ pub(super) struct Element {
 }
 
 impl Element {
+    /// The name for an error message.
+    pub fn title(&self) -> String {
+        excerpt(self.name.as_bytes())
+    }
+
     /// The first property of this name.
     pub fn column(&self, name: &str) -> Option<usize> {
         self.properties.iter().position(|p| p.name == name)

@@ -1,0 +1,6 @@
+//! What all fuzz targets do with their bytes.
+
+#[path = "../../fam-io/tests/common/check.rs"]
+mod check;
+
+pub use check::check;
