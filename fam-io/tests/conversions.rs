@@ -596,5 +596,8 @@ fn objects_of_an_obj_file_are_meshes_in_gltf() {
     let uvs = Uvs::Mesh(UvMap::new(vec![[0.5; 2]], vec![[0; 3]; 5]).unwrap());
     let document = Document::from_bytes(Format::Obj, text.into()).unwrap();
     let off = String::from_utf8(written(&document, &uvs, Format::Off)).unwrap();
-    assert!(off.starts_with("STOFF\n8 4 0\n9 9 9 0 0\n0 0 0 0.5 0.5\n"), "{off}");
+    assert!(
+        off.starts_with("STOFF\n8 4 0\n9 9 9 0 0\n0 0 0 0.5 0.5\n"),
+        "{off}"
+    );
 }
