@@ -152,9 +152,7 @@ impl Source {
             package.add_checker(options.uv_set);
         }
         package.add_seam_lines(&segments);
-        if let Some(folder) = &self.loaded.folder {
-            images::embed(&mut package, folder, format);
-        }
+        images::embed(&mut package, self.loaded.folder.as_deref(), format);
         before.compact(&mut package, &replaced);
         Ok(package.write(format, out)?)
     }

@@ -25,22 +25,28 @@ pub(super) fn bytes(package: &Package, folder: Option<&Path>, image: &Value) -> 
     }
 }
 
-/// Takes the images that are files of their own into the document; those that are missing or
-/// of a format that glTF does not know stay where they are.
-pub(super) fn embed(package: &mut Package, folder: &Path, format: Format) {
+/// Takes the images that are files of their own into the document, and those in data URIs into
+/// the buffer of a GLB; those that are missing or of a format that glTF does not know stay where
+/// they are.
+pub(super) fn embed(package: &mut Package, folder: Option<&Path>, format: Format) {
     let mut embedded: HashMap<String, Value> = HashMap::new();
     for index in 0..package.count("images") {
         let image = &package.json["images"][index];
         let Some(uri) = image["uri"].as_str().map(str::to_owned) else {
             continue;
         };
-        let Place::Relative(path) = Place::of(&uri) else {
-            continue;
+        let moves = match Place::of(&uri) {
+            Place::Data(_) => format == Format::Glb,
+            Place::Relative(_) => true,
+            Place::Elsewhere => false,
         };
+        if !moves {
+            continue;
+        }
         let place = match embedded.get(&uri) {
             Some(place) => place.clone(),
             None => {
-                let bytes = uri::read(&folder.join(path), u64::MAX).unwrap_or_default();
+                let bytes = bytes(package, folder, image).unwrap_or_default();
                 let Some(media_type) = media_type(&bytes) else {
                     continue;
                 };

@@ -26,7 +26,7 @@ impl Package {
         let material = json!({
             "name": NAME,
             "pbrMetallicRoughness": {
-                "baseColorFactor": [0.0, 0.0, 0.0, 1.0],
+                "baseColorFactor": [0.8, 0.0, 0.0, 1.0],
                 "metallicFactor": 0.0,
                 "roughnessFactor": 1.0,
             },
