@@ -14,7 +14,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use crate::text::{self, is_blank, lines, words};
-use crate::{Format, ReadFault, stl};
+use crate::{Format, ReadFault, document, stl};
 
 /// How much of a file is looked at.
 const LOOKED_AT: u64 = 1 << 16;
@@ -49,11 +49,48 @@ enum Content {
 /// # Errors
 /// The file cannot be opened, or its format is not one that is read.
 pub fn format_of(path: &Path) -> Result<Format, ReadFault> {
-    let file = File::open(path)?;
-    let length = file.metadata()?.len();
+    open(path).map(|opened| opened.format)
+}
+
+/// The format of a file, and its content; in memory if it can be read only once, as that of a
+/// pipe.
+pub(crate) fn open_known(path: &Path) -> Result<(Format, document::Content), ReadFault> {
+    let mut opened = open(path)?;
+    let content = if opened.is_file {
+        document::Content::File(path.to_owned())
+    } else {
+        opened.file.read_to_end(&mut opened.start)?;
+        document::Content::Bytes(opened.start)
+    };
+    Ok((opened.format, content))
+}
+
+/// A file that has been read as far as its format was looked for.
+struct Opened {
+    file: File,
+    /// Whether it can be read again.
+    is_file: bool,
+    start: Vec<u8>,
+    format: Format,
+}
+
+fn open(path: &Path) -> Result<Opened, ReadFault> {
+    let mut file = File::open(path)?;
+    let metadata = file.metadata()?;
     let mut start = Vec::new();
-    file.take(LOOKED_AT).read_to_end(&mut start)?;
-    decide(path, content(&start, length))
+    file.by_ref().take(LOOKED_AT).read_to_end(&mut start)?;
+    let length = match start.len() as u64 {
+        _ if metadata.is_file() => metadata.len(),
+        // There may be any number of bytes to come.
+        LOOKED_AT => u64::MAX,
+        length => length,
+    };
+    Ok(Opened {
+        file,
+        is_file: metadata.is_file(),
+        format: decide(path, content(&start, length))?,
+        start,
+    })
 }
 
 fn decide(path: &Path, content: Content) -> Result<Format, ReadFault> {
@@ -378,6 +415,30 @@ mod tests {
             ("a.stp", b"", unsupported("STEP")),
         ] {
             assert_eq!(decided(name, bytes), Err(expected), "{name}");
+        }
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_pipe_is_read_once() {
+        use std::io::Write;
+        use std::os::fd::AsRawFd;
+        let (line, uv) = ("v 1 2 3\n", [0.5, 1.0]);
+        // Less and more than what tells the format.
+        for count in [1, LOOKED_AT as usize / line.len() + 9] {
+            let (reader, mut writer) = std::io::pipe().unwrap();
+            let thread =
+                std::thread::spawn(move || writer.write_all(line.repeat(count).as_bytes()));
+            let path = format!("/proc/self/fd/{}", reader.as_raw_fd());
+            let document = crate::read_surface(path).unwrap();
+            thread.join().unwrap().unwrap();
+            let uvs = crate::Uvs::Points(vec![uv; count]);
+            let mut out = Vec::new();
+            document
+                .write_to(&uvs, Format::Obj, &crate::WriteOptions::default(), &mut out)
+                .unwrap();
+            let expected = line.repeat(count) + &"vt 0.5 1\n".repeat(count);
+            assert!(out == expected.as_bytes(), "{count} points");
         }
     }
 

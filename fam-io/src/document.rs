@@ -182,7 +182,7 @@ enum Source {
 /// Where a file's content is.
 #[derive(Debug, Clone)]
 pub(crate) enum Content {
-    /// In a file, which is read again when it is written.
+    /// In a file that can be read again when it is written; not a pipe.
     File(PathBuf),
     /// In memory.
     Bytes(Vec<u8>),
@@ -202,15 +202,16 @@ impl Content {
 ///
 /// The content tells the format, and the extension where the content leaves it open. A file
 /// with vertices but without faces is a point cloud. Vertices keep the order of the file;
-/// polygons are triangulated as fans around their first corner.
+/// polygons are triangulated as fans around their first corner. The content of a pipe is held
+/// in memory, and files that it refers to are not looked for.
 ///
 /// # Errors
 /// The file cannot be opened, its format is unknown, it breaks the rules of its format, or
 /// it has no vertices.
 pub fn read_surface(path: impl AsRef<Path>) -> Result<Document, ReadError> {
     let path = path.as_ref();
-    detect::format_of(path)
-        .and_then(|format| parse(format, Content::File(path.to_owned())))
+    detect::open_known(path)
+        .and_then(|(format, content)| parse(format, content))
         .map_err(|fault| ReadError {
             path: path.to_owned(),
             fault,
@@ -481,7 +482,11 @@ fn write_file(
     .map_err(|error| fault.map_or(error, |fault| fault.at(path)))
 }
 
-fn check_count(of: &'static str, expected: usize, found: usize) -> Result<(), WriteFault> {
+pub(crate) fn check_count(
+    of: &'static str,
+    expected: usize,
+    found: usize,
+) -> Result<(), WriteFault> {
     if expected == found {
         Ok(())
     } else {
@@ -504,6 +509,15 @@ pub(crate) fn surface(
     polygons: &Polygons,
     normals: Option<Vec<[f64; 3]>>,
 ) -> Result<Surface, SurfaceError> {
+    surface_of_triangles(positions, polygons.triangles(), normals)
+}
+
+/// As [`surface`], of faces that are triangles.
+pub(crate) fn surface_of_triangles(
+    positions: Vec<[f64; 3]>,
+    triangles: Vec<[u32; 3]>,
+    normals: Option<Vec<[f64; 3]>>,
+) -> Result<Surface, SurfaceError> {
     let known = |n: [f64; 3]| {
         if n.iter().all(|c| c.is_finite()) {
             n
@@ -512,7 +526,6 @@ pub(crate) fn surface(
         }
     };
     let normals = normals.map(|normals| normals.into_iter().map(known).collect::<Vec<_>>());
-    let triangles = polygons.triangles();
     if triangles.is_empty() {
         return PointCloud::new(positions, normals).map(Surface::PointCloud);
     }

@@ -9,7 +9,7 @@
 //! surface.
 //!
 //! Files of any size are read and written statement by statement; the text is not held in
-//! memory. To be written, a file is read again, and must not have changed.
+//! memory, unless it comes from a pipe. To be written, a file is read again, and must not have changed.
 //!
 //! The crate `tobj` reads the numbers of `v`, `vt` and `vn`. It reorders the vertices of
 //! every group and forgets where a face was, so the faces are scanned here: their vertices
@@ -52,7 +52,6 @@ mod scene;
 mod statements;
 mod write;
 
-use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -75,7 +74,6 @@ pub(crate) struct Source {
 }
 
 pub(crate) fn parse(content: Content) -> Result<Parsed<Source>, ReadFault> {
-    let content = readable_twice(content)?;
     let model = Model::read(&content, |_| {})?;
     if model.numbers.positions.is_empty() {
         return Err(SurfaceError::NoVertices.into());
@@ -107,16 +105,6 @@ pub(crate) fn parse(content: Content) -> Result<Parsed<Source>, ReadFault> {
             libraries: model.libraries,
         },
     })
-}
-
-/// The content, in memory if it can be read only once: that of a pipe, for example.
-fn readable_twice(content: Content) -> io::Result<Content> {
-    match &content {
-        Content::File(path) if !fs::metadata(path)?.is_file() => {
-            content.bytes().map(Content::Bytes)
-        }
-        _ => Ok(content),
-    }
 }
 
 impl Source {
@@ -172,7 +160,6 @@ impl Source {
 #[cfg(test)]
 mod tests {
     use std::fs;
-    use std::io::Write;
 
     use super::*;
     use crate::scene::IDENTITY;
@@ -267,21 +254,5 @@ mod tests {
             let error = source.scene().unwrap_err();
             assert_eq!(error.to_string(), "the file changed since it was read");
         }
-    }
-
-    #[cfg(target_os = "linux")]
-    #[test]
-    fn a_pipe_is_read_once() {
-        use std::os::fd::AsRawFd;
-        let (reader, mut writer) = io::pipe().unwrap();
-        writer.write_all(b"v 1 2 3\n").unwrap();
-        drop(writer);
-        let path = format!("/proc/self/fd/{}", reader.as_raw_fd());
-        let source = parse(Content::File(path.into())).unwrap().source;
-        let mut out = Vec::new();
-        source
-            .write(&Uvs::Points(vec![[0.5, 1.0]]), &mut out)
-            .unwrap();
-        assert_eq!(out, b"v 1 2 3\nvt 0.5 1\n");
     }
 }

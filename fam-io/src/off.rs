@@ -30,7 +30,7 @@ use std::ops::Range;
 
 use crate::color::linear_color;
 use crate::document::{Parsed, surface, vertex_uvs};
-use crate::polygons::Polygons;
+use crate::polygons::{Polygons, vertex};
 use crate::scene::{Mesh, Scene, corner_normals};
 use crate::text::{self, coordinate, excerpt, is_blank, lines, syntax, words};
 use crate::{Labels, ReadFault};
@@ -278,17 +278,7 @@ fn corners(bytes: &[u8], row: &Row, face: usize, count: usize) -> Result<Vec<u32
             let problem = format!("a face of {announced} corners has {found} columns for them");
             syntax(row.line, problem)
         })?;
-    let corner = |word| {
-        let index = number(word)?;
-        let exists = usize::try_from(index).is_ok_and(|index| index < count);
-        let vertex = u32::try_from(index).ok().filter(|_| exists);
-        vertex.ok_or(ReadFault::VertexOutOfRange {
-            face,
-            index,
-            count,
-            numbering: ", numbered from 0",
-        })
-    };
+    let corner = |word| vertex(number(word)?, face, count);
     indices.iter().map(corner).collect()
 }
 

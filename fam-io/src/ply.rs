@@ -38,7 +38,7 @@ use self::body::{Entries, Table};
 use self::header::{Element, Header, Kind, Scalar};
 use crate::color::linear_color;
 use crate::document::{Parsed, surface, vertex_uvs};
-use crate::polygons::{Polygons, fan};
+use crate::polygons::{Polygons, fan, vertex};
 use crate::scene::{Mesh, Scene, corner_normals};
 use crate::{Labels, ReadFault, Uvs};
 
@@ -300,18 +300,6 @@ fn largest(scalar: Scalar) -> f64 {
     } else {
         (scalar.integers() - 1) as f64
     }
-}
-
-/// A vertex by its index in the file.
-fn vertex(index: i64, face: usize, count: usize) -> Result<u32, ReadFault> {
-    let exists = usize::try_from(index).is_ok_and(|index| index < count);
-    let vertex = u32::try_from(index).ok().filter(|_| exists);
-    vertex.ok_or(ReadFault::VertexOutOfRange {
-        face,
-        index,
-        count,
-        numbering: ", numbered from 0",
-    })
 }
 
 /// Adds the triangles of a strip.

@@ -5,6 +5,8 @@ use std::collections::HashMap;
 
 use fam_core::surface::UvMap;
 
+use crate::ReadFault;
+
 /// The faces of a mesh, as lists of vertices.
 #[derive(Debug, Default, Clone, PartialEq)]
 pub(crate) struct Polygons {
@@ -41,6 +43,18 @@ impl Polygons {
     pub fn triangles(&self) -> Vec<[u32; 3]> {
         self.iter().flat_map(fan).collect()
     }
+}
+
+/// A vertex of a face by its index in a file that counts from 0.
+pub(crate) fn vertex(index: i64, face: usize, count: usize) -> Result<u32, ReadFault> {
+    let exists = usize::try_from(index).is_ok_and(|index| index < count);
+    let vertex = u32::try_from(index).ok().filter(|_| exists);
+    vertex.ok_or(ReadFault::VertexOutOfRange {
+        face,
+        index,
+        count,
+        numbering: ", numbered from 0",
+    })
 }
 
 /// A polygon as a fan of triangles around its first corner.

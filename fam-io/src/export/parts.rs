@@ -1,7 +1,6 @@
 //! The meshes of a scene with their shares of the UVs.
 
-use fam_core::surface::UvMap;
-
+use crate::document::check_count;
 use crate::polygons::Pieces;
 use crate::scene::{Mesh, Scene};
 use crate::{Uvs, WriteFault};
@@ -123,7 +122,7 @@ impl Faces {
 /// There are more UVs than the scene needs, or fewer: a file that was read before may have
 /// changed.
 pub(super) fn parts<'a>(scene: &'a Scene, uvs: &'a Uvs) -> Result<Vec<Part<'a>>, WriteFault> {
-    check_count(scene, uvs)?;
+    check(scene, uvs)?;
     let mut places = vec![Vec::new(); scene.meshes.len()];
     for node in &scene.nodes {
         if let Some(places) = places.get_mut(node.mesh) {
@@ -166,22 +165,13 @@ pub(super) fn parts<'a>(scene: &'a Scene, uvs: &'a Uvs) -> Result<Vec<Part<'a>>,
     })
 }
 
-fn check_count(scene: &Scene, uvs: &Uvs) -> Result<(), WriteFault> {
-    let (of, expected, found) = match uvs {
-        Uvs::Mesh(map) => ("triangles", triangles(scene), UvMap::triangles(map).len()),
+fn check(scene: &Scene, uvs: &Uvs) -> Result<(), WriteFault> {
+    match uvs {
+        Uvs::Mesh(map) => check_count("triangles", triangles(scene), map.triangles().len()),
         Uvs::Points(uvs) => {
             let points = scene.meshes.iter().map(|mesh| mesh.positions.len());
-            ("points", points.sum(), uvs.len())
+            check_count("points", points.sum(), uvs.len())
         }
-    };
-    if expected == found {
-        Ok(())
-    } else {
-        Err(WriteFault::CountMismatch {
-            of,
-            expected,
-            found,
-        })
     }
 }
 

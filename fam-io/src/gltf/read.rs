@@ -1,12 +1,12 @@
 //! The surface of a document, in the coordinates of its scenes.
 
-use fam_core::surface::{PointCloud, Surface, SurfaceError, TriangleMesh};
+use fam_core::surface::{Surface, SurfaceError};
 use serde_json::Value;
 
 use super::Package;
 use super::geometry::{Geometry, Pool};
 use super::transforms::{transform_normal, transform_point};
-use crate::document::{Labels, Uvs, vertex_uvs};
+use crate::document::{Labels, Uvs, surface_of_triangles, vertex_uvs};
 use crate::scene::{IDENTITY, Node};
 
 /// The surface; its vertices are those of all pools.
@@ -26,14 +26,7 @@ pub(super) fn surface(
             triangles.map(move |triangle| triangle.map(|v| v + start))
         })
         .collect();
-    if triangles.is_empty() {
-        return PointCloud::new(positions, normals).map(Surface::PointCloud);
-    }
-    let mesh = TriangleMesh::new(positions, triangles)?;
-    Ok(Surface::Mesh(match normals {
-        Some(normals) => mesh.with_normals(normals)?,
-        None => mesh,
-    }))
+    surface_of_triangles(positions, triangles, normals)
 }
 
 /// The positions of all vertices: those of a mesh where the first node that uses it puts them.
