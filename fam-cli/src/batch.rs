@@ -31,6 +31,11 @@ impl Table {
         self.rows.push((path.to_owned(), row));
     }
 
+    /// How many files there are.
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+
     /// How many files failed.
     pub fn failed(&self) -> usize {
         let failed = |(_, row): &&(PathBuf, Row)| matches!(row, Row::Failed(_));

@@ -1,11 +1,13 @@
 //! Which files a command line of files, folders and patterns stands for.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::io;
 use std::path::{Path, PathBuf};
 
-use fam_io::{ReadFault, format_of};
+use fam_io::{Format, ReadFault, format_of};
 
 use crate::failure::Failure;
+use crate::output::is_results;
 
 /// The inputs of a run.
 #[derive(Debug, PartialEq)]
@@ -14,37 +16,51 @@ pub enum Inputs {
     Sample,
     /// One file, named as such.
     One(PathBuf),
-    /// Any number of files, each with the folder for its results, relative to that of all.
-    Batch(Vec<(PathBuf, PathBuf)>),
+    /// Any number of files.
+    Batch {
+        /// Each with the folder for its results, relative to that of all.
+        files: Vec<(PathBuf, PathBuf)>,
+        /// What could not be looked into, with the reason.
+        failed: Vec<(PathBuf, String)>,
+    },
 }
 
 impl Inputs {
     /// The files that `arguments` stand for. Of a folder these are, at any depth, those of a
-    /// known format; results of earlier runs (`*.fam`), `out` and hidden entries are left out.
+    /// known format; results of earlier runs, `out` and hidden entries are left out.
     pub fn collect(arguments: &[PathBuf], out: Option<&Path>) -> Result<Self, Failure> {
         match arguments {
             [] => return Ok(Self::Sample),
             [one] if !one.is_dir() && !is_pattern(one) => return Ok(Self::One(one.clone())),
             _ => {}
         }
-        let mut found = BTreeSet::new();
+        let mut found = Found::default();
         for argument in arguments {
             if is_pattern(argument) {
-                for path in matches(argument)? {
-                    add(&path, Path::new(""), out, &mut found)?;
+                match matches(argument) {
+                    Ok(paths) => paths
+                        .iter()
+                        .for_each(|path| found.add(path, Path::new(""), out)),
+                    Err(reason) => found.failed.push((argument.clone(), reason)),
                 }
             } else {
-                add(argument, Path::new(""), out, &mut found)?;
+                found.add(argument, Path::new(""), out);
             }
         }
-        if found.is_empty() {
-            let names: Vec<_> = arguments.iter().map(|a| a.display().to_string()).collect();
-            return Err(Failure::input(format!(
-                "{}: no mesh or point cloud there",
-                names.join(", ")
-            )));
+        if !found.files.is_empty() {
+            return Ok(Self::Batch {
+                files: with_folders(found.files),
+                failed: found.failed,
+            });
         }
-        Ok(Self::Batch(with_folders(found)))
+        Err(match found.failed.first() {
+            Some((path, reason)) => Failure::input(format!("{}: {reason}", path.display())),
+            None => {
+                let names: Vec<_> = arguments.iter().map(|a| a.display().to_string()).collect();
+                let names = names.join(", ");
+                Failure::input(format!("{names}: no mesh or point cloud there"))
+            }
+        })
     }
 }
 
@@ -54,50 +70,65 @@ fn is_pattern(path: &Path) -> bool {
     text.contains(['*', '?', '[']) && !path.exists()
 }
 
-fn matches(pattern: &Path) -> Result<Vec<PathBuf>, Failure> {
-    let fail = |reason: String| Failure::input(format!("{}: {reason}", pattern.display()));
-    let text = pattern
-        .to_str()
-        .ok_or_else(|| fail("a pattern must be UTF-8".to_string()))?;
-    let paths = glob::glob(text).map_err(|error| fail(error.msg.to_string()))?;
+fn matches(pattern: &Path) -> Result<Vec<PathBuf>, String> {
+    let text = pattern.to_str().ok_or("a pattern must be UTF-8")?;
+    let paths = glob::glob(text).map_err(|error| error.msg.to_string())?;
     let paths: Vec<PathBuf> = paths
         .collect::<Result<_, _>>()
-        .map_err(|error| fail(error.error().to_string()))?;
+        .map_err(|error| error.error().to_string())?;
     if paths.is_empty() {
-        return Err(fail("nothing matches".to_string()));
+        return Err("nothing matches".to_string());
     }
     Ok(paths)
 }
 
-/// Adds a file, or the files of a folder, each with its place below the folder.
-fn add(
-    path: &Path,
-    below: &Path,
-    out: Option<&Path>,
-    found: &mut BTreeSet<(PathBuf, PathBuf)>,
-) -> Result<(), Failure> {
-    if !path.is_dir() {
-        found.insert((path.to_owned(), below.to_owned()));
-        return Ok(());
-    }
-    let fail = |error: std::io::Error| Failure::input(format!("{}: {error}", path.display()));
-    for entry in std::fs::read_dir(path).map_err(fail)? {
-        let entry = entry.map_err(fail)?;
-        let (inner, name) = (entry.path(), entry.file_name());
-        let name = Path::new(&name);
-        let is_results = name.extension().is_some_and(|extension| extension == "fam");
-        if is_results || name.to_string_lossy().starts_with('.') || is_same(&inner, out) {
-            continue;
-        }
-        // Links to folders are not followed: they may lead back.
-        if entry.file_type().map_err(fail)?.is_dir() {
-            add(&inner, &below.join(name), out, found)?;
-        } else if inner.is_file() && !matches!(format_of(&inner), Err(ReadFault::UnknownFormat(_)))
-        {
-            found.insert((inner, below.to_owned()));
+/// The files found so far, each with its place below the folder that was named.
+#[derive(Default)]
+struct Found {
+    files: BTreeSet<(PathBuf, PathBuf)>,
+    failed: Vec<(PathBuf, String)>,
+}
+
+impl Found {
+    /// Adds a file, or the files of a folder.
+    fn add(&mut self, path: &Path, below: &Path, out: Option<&Path>) {
+        if !path.is_dir() {
+            self.files.insert((path.to_owned(), below.to_owned()));
+        } else if let Err(error) = self.add_folder(path, below, out) {
+            self.failed.push((path.to_owned(), error.to_string()));
         }
     }
-    Ok(())
+
+    fn add_folder(&mut self, path: &Path, below: &Path, out: Option<&Path>) -> io::Result<()> {
+        if is_results(path) {
+            return Ok(());
+        }
+        for entry in std::fs::read_dir(path)? {
+            let entry = entry?;
+            let (inner, name) = (entry.path(), entry.file_name());
+            let name = Path::new(&name);
+            if name.to_string_lossy().starts_with('.') || is_same(&inner, out) {
+                continue;
+            }
+            // Links to folders are not followed: they may lead back.
+            if entry.file_type()?.is_dir() {
+                self.add(&inner, &below.join(name), out);
+            } else if inner.is_file() && is_surface(&inner) {
+                self.files.insert((inner, below.to_owned()));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether a file is, or claims to be, in a format of meshes or clouds. JSON under any name but
+/// that of glTF is taken for something else.
+fn is_surface(path: &Path) -> bool {
+    match format_of(path) {
+        Ok(Format::Gltf) => Format::of_path(path).is_some(),
+        Err(ReadFault::UnknownFormat(_)) => false,
+        _ => true,
+    }
 }
 
 fn is_same(path: &Path, other: Option<&Path>) -> bool {

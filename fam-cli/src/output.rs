@@ -21,6 +21,22 @@ const UV_PICTURE_SIDE: u32 = 1024;
 /// Name of the report, which is written last: where it is, the folder is complete.
 const REPORT: &str = "metrics.json";
 
+/// The other files beside the mesh or cloud.
+const SIDE_FILES: [&str; 6] = [
+    "config.toml",
+    "model.safetensors",
+    "preview.png",
+    "seams.json",
+    "seams.obj",
+    "uv.png",
+];
+
+/// Whether a folder holds results of `unwrap`.
+pub fn is_results(folder: &Path) -> bool {
+    let mut names = SIDE_FILES.iter().chain([&REPORT]);
+    names.all(|name| folder.join(name).is_file())
+}
+
 /// Where results go, and in which form.
 pub struct Output {
     pub folder: PathBuf,
@@ -73,6 +89,7 @@ pub struct PartReport {
 /// What `unwrap --json` prints.
 #[derive(Debug, Serialize)]
 pub struct Summary<'a> {
+    pub state: &'a str,
     pub input: &'a str,
     pub folder: &'a Path,
     pub file: PathBuf,
@@ -213,15 +230,38 @@ impl Output {
     }
 
     /// Whether the folder holds the complete results of a run with this fingerprint.
-    pub fn is_done(folder: &Path, fingerprint: &str) -> bool {
-        let report = std::fs::read(folder.join(REPORT)).unwrap_or_default();
-        let report: serde_json::Value = serde_json::from_slice(&report).unwrap_or_default();
-        report["fingerprint"] == fingerprint
+    pub fn is_done(&self, fingerprint: &str) -> bool {
+        let complete = SIDE_FILES
+            .iter()
+            .all(|name| self.folder.join(name).exists());
+        complete && self.file().exists() && self.report()["fingerprint"] == fingerprint
+    }
+
+    /// The report that is there.
+    fn report(&self) -> serde_json::Value {
+        let report = std::fs::read(self.folder.join(REPORT)).unwrap_or_default();
+        serde_json::from_slice(&report).unwrap_or_default()
+    }
+
+    /// Takes the fingerprint out of a report that is there: the folder is about to change.
+    fn invalidate(&self) -> Result<(), Failure> {
+        let mut report = self.report();
+        let fields = report.as_object_mut();
+        if fields.is_some_and(|fields| fields.shift_remove("fingerprint").is_some()) {
+            self.save_json(REPORT, &report)?;
+        }
+        Ok(())
+    }
+
+    fn save_json(&self, name: &str, value: &impl Serialize) -> Result<(), Failure> {
+        let mut json = serde_json::to_vec_pretty(value).map_err(Failure::work)?;
+        json.push(b'\n');
+        self.save(name, &json)
     }
 
     /// Writes every file of the folder, each whole or not at all, and the report last.
     pub fn write(&self, layout: &Layout) -> Result<Report, Failure> {
-        let _ = std::fs::remove_file(self.folder.join(REPORT));
+        self.invalidate()?;
         let Flattened {
             seams, thresholds, ..
         } = layout.flattened;
@@ -293,9 +333,7 @@ impl Output {
             "preview.png",
             &encode_png(&preview_png).map_err(Failure::work)?,
         )?;
-        let mut json = serde_json::to_vec_pretty(&report).map_err(Failure::work)?;
-        json.push(b'\n');
-        self.save(REPORT, &json)?;
+        self.save_json(REPORT, &report)?;
         Ok(report)
     }
 

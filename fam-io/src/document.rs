@@ -286,6 +286,20 @@ impl Document {
         &self.labels
     }
 
+    /// The files beside this one that what is written is made of as well: buffers and images
+    /// of glTF, materials and textures of OBJ. They need not exist.
+    pub fn companions(&self) -> Vec<PathBuf> {
+        match &self.source {
+            Source::Gltf(source) => source.files().to_vec(),
+            Source::Obj(source) => source
+                .companions()
+                .map_or_else(Vec::new, |(folder, files)| {
+                    files.iter().map(|file| folder.join(file)).collect()
+                }),
+            _ => Vec::new(),
+        }
+    }
+
     /// The format of the file.
     pub fn format(&self) -> Format {
         match &self.source {

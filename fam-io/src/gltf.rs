@@ -58,6 +58,7 @@ mod write;
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
+use std::path::PathBuf;
 
 use crate::document::{Content, Parsed};
 use crate::scene::{Node, Scene};
@@ -110,6 +111,11 @@ pub(crate) fn check_uv_set(options: &WriteOptions) -> io::Result<()> {
 }
 
 impl Source {
+    /// The buffers and images that are files of their own.
+    pub fn files(&self) -> &[PathBuf] {
+        &self.loaded.files
+    }
+
     pub fn format(&self) -> Format {
         self.loaded.format
     }

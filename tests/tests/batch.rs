@@ -43,6 +43,10 @@ fn a_folder_is_done_file_by_file_and_not_again() {
     fs::write(scans.join("broken.obj"), "v 0 0\n").unwrap();
     fs::write(scans.join("scene.fbx"), "Kaydara FBX Binary  \0").unwrap();
     fs::write(scans.join("notes.txt"), "Nothing to flatten here.\n").unwrap();
+    fs::write(scans.join("package.json"), "{}").unwrap();
+    let earlier = scans.join("earlier results");
+    let arguments = ["scans/a.obj", "-q", "-o", earlier.to_str().unwrap()];
+    succeeds(folder.path(), &brief(&arguments));
     let run = fam(folder.path(), &brief(&["scans", "-o", "out"]));
     assert_eq!(run.code, Some(1), "{}", run.stderr);
     let states = |table: &str| -> Vec<(String, String)> {
@@ -93,6 +97,14 @@ fn a_folder_is_done_file_by_file_and_not_again() {
         .map(|(name, _)| name)
         .collect();
     assert_eq!(done, ["scans/a.obj", "scans/deep/b.ply"]);
+    fs::remove_file(out.join("a.glb.fam/uv.png")).unwrap();
+    let missing = fam(folder.path(), &brief(&["scans", "-o", "out"]));
+    assert_eq!(
+        missing.stdout.matches(" done ").count(),
+        1,
+        "{}",
+        missing.stdout
+    );
     let other = ["scans", "-o", "out", "--format", "obj"];
     let fourth = fam(folder.path(), &brief(&other));
     assert_eq!(states(&fourth.stdout), expected("done"));
@@ -123,6 +135,30 @@ fn a_pattern_is_a_batch_and_one_without_matches_is_an_error() {
         &["unwrap", "*.stl"],
         &["*.stl", "nothing matches"],
     );
+    // A pattern without matches does not keep the others from being tried.
+    let run = fam(
+        folder.path(),
+        &brief(&["*.stl", "a.obj", "missing.ply", "-q", "--json"]),
+    );
+    assert_eq!(run.code, Some(1), "{}", run.stderr);
+    let summaries = serde_json::Deserializer::from_str(&run.stdout).into_iter::<Value>();
+    let states: Vec<(String, String)> = summaries
+        .map(|summary| {
+            let summary = summary.unwrap();
+            let text = |key: &str| summary[key].as_str().unwrap().to_string();
+            (text("input"), text("state"))
+        })
+        .collect();
+    let expected = [
+        ("*.stl", "failed"),
+        ("a.obj", "skipped"),
+        ("missing.ply", "failed"),
+    ];
+    assert_eq!(
+        states,
+        expected.map(|(a, b)| (a.to_string(), b.to_string()))
+    );
+    assert!(run.stderr.contains("fam: missing.ply: "), "{}", run.stderr);
     fs::create_dir(folder.path().join("empty")).unwrap();
     refuses(folder.path(), &["unwrap", "empty"], &["empty", "no mesh"]);
 }
@@ -286,6 +322,10 @@ fn what_is_wrong_with_a_mesh_is_said_and_counted() {
     assert_eq!(found["non_manifold_edges"], 1);
     assert_eq!(found["duplicate_triangles"], 1);
     assert_eq!(found["zero_area_triangles"], 1);
+    // The edge of the three sheets is where the mesh was taken apart.
+    let seams = json(folder.path().join("messy.fam/seams.json"));
+    let edges = seams["edges"].as_array().unwrap();
+    assert!(edges.contains(&serde_json::json!([0, 1])));
     let written = read_surface(folder.path().join("messy.fam/messy.obj")).unwrap();
     assert_eq!(written.uv_map().unwrap().triangles().len(), 6);
 }
@@ -411,4 +451,58 @@ fn a_kill_while_writing_damages_nothing() {
     }
     println!("{killed} killed, {finished} finished");
     assert!(killed > 5, "{killed} killed, {finished} finished");
+}
+
+/// Kills `unwrap` while it replaces earlier results: every file is an old or a new one, whole.
+#[cfg(unix)]
+#[test]
+fn a_kill_leaves_a_whole_folder_of_results() {
+    use std::process::{Command, Stdio};
+
+    let folder = tempfile::tempdir().unwrap();
+    write_mesh(
+        &folder.path().join("torus.obj"),
+        &shapes::torus(1.0, 0.4, 200, 100),
+    );
+    let unwrap = |seed: &str| {
+        let mut command = Command::new(&*common::FAM);
+        let arguments = ["torus.obj", "-q", "--format", "glb", "--seed", seed];
+        command.current_dir(folder.path()).args(brief(&arguments));
+        command.stderr(Stdio::null());
+        command
+    };
+    let started = std::time::Instant::now();
+    assert!(unwrap("0").status().unwrap().success());
+    let whole = started.elapsed();
+    let out = folder.path().join("torus.fam");
+    let names: Vec<_> = fs::read_dir(&out)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name())
+        .collect();
+    assert_eq!(names.len(), 8);
+    let mut killed = 0;
+    for round in 1..=12_u32 {
+        let mut child = unwrap(&round.to_string()).spawn().unwrap();
+        std::thread::sleep(whole.mul_f64(0.4 + 0.6 * f64::from(round) / 12.0));
+        child.kill().unwrap();
+        killed += u32::from(!child.wait().unwrap().success());
+        for name in &names {
+            let path = out.join(name);
+            match path.extension().unwrap().to_str().unwrap() {
+                "glb" | "obj" => drop(read_surface(&path).unwrap()),
+                "json" => drop(json(path)),
+                "png" => drop(image::open(path).unwrap()),
+                "toml" => {
+                    let text = fs::read_to_string(path).unwrap();
+                    text.parse::<toml::Table>().unwrap();
+                }
+                "safetensors" => {
+                    let bytes = fs::read(path).unwrap();
+                    safetensors::SafeTensors::deserialize(&bytes).unwrap();
+                }
+                other => panic!("{other}"),
+            }
+        }
+    }
+    assert!(killed > 2, "{killed} killed");
 }

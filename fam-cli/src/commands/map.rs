@@ -3,7 +3,7 @@ use std::process::ExitCode;
 use burn::tensor::backend::AutodiffBackend;
 use fam_core::atlas::Atlas;
 use fam_core::surface::Surface;
-use fam_io::{Uvs, WriteOptions};
+use fam_io::{Uvs, WriteFault, WriteOptions};
 
 use crate::args;
 use crate::backend::{Backend, Job};
@@ -29,7 +29,12 @@ pub fn map(arguments: &args::Map) -> Result<ExitCode, Failure> {
         Uvs::Mesh(uvs) => document.write_mesh_uvs(uvs, &arguments.out, &options),
         Uvs::Points(uvs) => document.write_point_uvs(uvs, &arguments.out, &options),
     }
-    .map_err(Failure::work)?;
+    .map_err(|error| match error.fault {
+        WriteFault::NoPlaceForUvs(_) | WriteFault::NoPlaceForSurface { .. } => {
+            Failure::input(error)
+        }
+        _ => Failure::work(error),
+    })?;
     Ok(ExitCode::SUCCESS)
 }
 

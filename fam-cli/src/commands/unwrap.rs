@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use fam_core::surface::{Surface, shapes};
 use fam_core::training::{TrainingConfig, TrainingError};
 use fam_io::{Document, Format, WriteOptions};
+use serde_json::json;
 
 use crate::args;
 use crate::backend::Backend;
@@ -25,16 +26,16 @@ const INTERRUPTED: u8 = 130;
 
 /// Trains on surfaces and writes their UVs and all that goes with them.
 pub fn unwrap(arguments: args::Unwrap) -> Result<ExitCode, Failure> {
-    let inputs = Inputs::collect(&arguments.inputs, arguments.out.as_deref())?;
-    let run = Run::new(arguments)?;
-    match inputs {
+    match Inputs::collect(&arguments.inputs, arguments.out.as_deref())? {
         Inputs::Sample => {
+            let run = Run::new(arguments)?;
             // Closed and of genus 1, so that seams have to be found.
             let document = Document::of_surface(Surface::Mesh(shapes::torus(1.0, 0.4, 96, 48)));
             run.single(&document, "the built-in sample", "sample", None)
         }
         Inputs::One(path) => {
             let document = fam_io::read_surface(&path).map_err(Failure::input)?;
+            let run = Run::new(arguments)?;
             run.single(
                 &document,
                 &path.display().to_string(),
@@ -42,7 +43,7 @@ pub fn unwrap(arguments: args::Unwrap) -> Result<ExitCode, Failure> {
                 Some(&path),
             )
         }
-        Inputs::Batch(files) => run.batch(&files),
+        Inputs::Batch { files, failed } => Run::new(arguments)?.batch(&files, failed),
     }
 }
 
@@ -89,7 +90,8 @@ impl Run {
     ) -> Result<ExitCode, Failure> {
         let folder = self.arguments.out.clone();
         let folder = folder.unwrap_or_else(|| PathBuf::from(format!("{stem}.fam")));
-        let done = self.one(document, input, stem, path, &folder, None)?;
+        let output = self.output(document, stem, &folder);
+        let done = self.one(document, input, path, &output, None)?;
         match done.error {
             Some(error) => Err(Failure::Work(format!(
                 "{input}: {error}; the last good weights were written"
@@ -99,9 +101,20 @@ impl Run {
         }
     }
 
-    fn batch(&self, files: &[(PathBuf, PathBuf)]) -> Result<ExitCode, Failure> {
+    fn batch(
+        &self,
+        files: &[(PathBuf, PathBuf)],
+        failed: Vec<(PathBuf, String)>,
+    ) -> Result<ExitCode, Failure> {
         let root = self.arguments.out.clone().unwrap_or_default();
         let mut table = Table::default();
+        for (path, reason) in failed {
+            self.record(
+                &mut table,
+                &path,
+                Row::Failed(format!("{}: {reason}", path.display())),
+            )?;
+        }
         for (number, (path, folder)) in files.iter().enumerate() {
             if self.stop.load(Ordering::Relaxed) {
                 break;
@@ -109,11 +122,10 @@ impl Run {
             if !self.arguments.quiet {
                 eprintln!("[{}/{}]", number + 1, files.len());
             }
-            let row = self.batch_file(path, &root.join(folder));
-            if let (Row::Failed(reason), false) = (&row, self.arguments.quiet) {
-                eprintln!("fam: {reason}");
-            }
-            table.push(path, row);
+            let row = self
+                .batch_file(path, &root.join(folder))
+                .unwrap_or_else(|failure| Row::Failed(failure.to_string()));
+            self.record(&mut table, path, row)?;
         }
         if !self.arguments.json && !self.arguments.quiet {
             print!("{table}");
@@ -125,52 +137,59 @@ impl Run {
             0 => Ok(ExitCode::SUCCESS),
             failed => Err(Failure::Work(format!(
                 "{failed} of {} files failed",
-                files.len()
+                table.len()
             ))),
         }
     }
 
-    fn batch_file(&self, path: &Path, folder: &Path) -> Row {
-        let input = path.display().to_string();
-        let result = self.fingerprint(path).and_then(|fingerprint| {
-            if !self.arguments.force && Output::is_done(folder, &fingerprint) {
-                return Ok(Row::Skipped);
+    /// Adds a row to the table and says at once what the table does not say in time.
+    fn record(&self, table: &mut Table, path: &Path, row: Row) -> Result<(), Failure> {
+        let state = match &row {
+            Row::Failed(reason) => {
+                eprintln!("fam: {reason}");
+                Some(
+                    json!({"state": "failed", "input": path.display().to_string(), "reason": reason}),
+                )
             }
-            let document = fam_io::read_surface(path).map_err(Failure::input)?;
-            let fingerprint = Some(fingerprint.as_str());
-            let done = self.one(
-                &document,
-                &input,
-                &stem(path),
-                Some(path),
-                folder,
-                fingerprint,
-            )?;
-            Ok(match done.error {
-                Some(error) => Row::Failed(format!("{input}: {error}")),
-                None if done.interrupted => Row::Interrupted,
-                None => Row::Done {
-                    took: done.took,
-                    headline: done.report.headline(),
-                },
-            })
-        });
-        result.unwrap_or_else(|failure| Row::Failed(failure.to_string()))
+            Row::Skipped => Some(json!({"state": "skipped", "input": path.display().to_string()})),
+            Row::Done { .. } | Row::Interrupted => None,
+        };
+        if let (Some(state), true) = (state, self.arguments.json) {
+            let json = serde_json::to_string_pretty(&state).map_err(Failure::work)?;
+            println!("{json}");
+        }
+        table.push(path, row);
+        Ok(())
     }
 
-    /// Flattens a document and writes the folder of its results.
-    fn one(
-        &self,
-        document: &Document,
-        input: &str,
-        stem: &str,
-        path: Option<&Path>,
-        folder: &Path,
-        fingerprint: Option<&str>,
-    ) -> Result<Done, Failure> {
+    fn batch_file(&self, path: &Path, folder: &Path) -> Result<Row, Failure> {
+        let input = path.display().to_string();
+        let document = fam_io::read_surface(path).map_err(Failure::input)?;
+        let output = self.output(&document, &stem(path), folder);
+        // A pipe cannot be read twice.
+        let fingerprint = match path.is_file() {
+            true => Some(self.fingerprint(path, &document)?),
+            false => None,
+        };
+        let fingerprint = fingerprint.as_deref();
+        let is_done = fingerprint.is_some_and(|fingerprint| output.is_done(fingerprint));
+        if is_done && !self.arguments.force {
+            return Ok(Row::Skipped);
+        }
+        let done = self.one(&document, &input, Some(path), &output, fingerprint)?;
+        Ok(match done.error {
+            Some(error) => Row::Failed(format!("{input}: {error}")),
+            None if done.interrupted => Row::Interrupted,
+            None => Row::Done {
+                took: done.took,
+                headline: done.report.headline(),
+            },
+        })
+    }
+
+    fn output(&self, document: &Document, stem: &str, folder: &Path) -> Output {
         let arguments = &self.arguments;
-        let existed = folder.exists();
-        let output = Output {
+        Output {
             folder: folder.to_owned(),
             stem: stem.to_string(),
             format: Output::format(document, arguments.format.map(Format::from)),
@@ -180,7 +199,21 @@ impl Run {
                 ..WriteOptions::default()
             },
             seam_lines: arguments.seam_lines,
-        };
+        }
+    }
+
+    /// Flattens a document and writes the folder of its results.
+    fn one(
+        &self,
+        document: &Document,
+        input: &str,
+        path: Option<&Path>,
+        output: &Output,
+        fingerprint: Option<&str>,
+    ) -> Result<Done, Failure> {
+        let arguments = &self.arguments;
+        let folder = output.folder.as_path();
+        let existed = folder.exists();
         output
             .prepare(document, path)
             .map_err(|failure| failure.of(input))?;
@@ -223,6 +256,7 @@ impl Run {
         })?;
         if arguments.json {
             let summary = Summary {
+                state: if interrupted { "interrupted" } else { "done" },
                 input,
                 folder,
                 file: output.file(),
@@ -252,11 +286,17 @@ impl Run {
     }
 
     /// A number that changes with the content of a file and with all that shapes its results.
-    fn fingerprint(&self, path: &Path) -> Result<String, Failure> {
+    fn fingerprint(&self, path: &Path, document: &Document) -> Result<String, Failure> {
         let fail = |error: std::io::Error| Failure::input(format!("{}: {error}", path.display()));
         let mut hasher = Hashing::default();
         let mut file = std::fs::File::open(path).map_err(fail)?;
         std::io::copy(&mut file, &mut hasher).map_err(fail)?;
+        for companion in document.companions() {
+            // One that is missing changes the results as well.
+            if let Ok(mut file) = std::fs::File::open(companion) {
+                std::io::copy(&mut file, &mut hasher).map_err(fail)?;
+            }
+        }
         let arguments = &self.arguments;
         let shaping = format!(
             "{}\n{}\n{:?} {} {} {} {} {:?}",

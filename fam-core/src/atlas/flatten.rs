@@ -64,6 +64,9 @@ pub struct Flattened<B: Backend> {
     pub parts: Vec<Part>,
     /// The UVs of each component's vertices (of all points of a cloud).
     pub uvs: Vec<Vec<[f32; 2]>>,
+    /// The edges between components (see [`Components::cuts`]); those between labels if these
+    /// have UV squares of their own.
+    pub cuts: Vec<[u32; 2]>,
 }
 
 /// Flattens a surface: every component on its own, all in the unit square (one for each of
@@ -111,6 +114,7 @@ pub fn flatten<B: AutodiffBackend>(
                 components: None,
                 parts: vec![part],
                 uvs: vec![uvs],
+                cuts: Vec::new(),
             })
         }
     }
@@ -200,6 +204,7 @@ fn flatten_mesh<B: AutodiffBackend>(
         .collect();
     Ok(Flattened {
         atlas: Atlas { charts },
+        cuts: components.cuts(mesh, !division.squares.is_empty()),
         components: Some(components),
         parts,
         uvs,
@@ -308,7 +313,7 @@ impl<B: AutodiffBackend, F: FnMut(Progress) -> ControlFlow<()>> Job<'_, B, F> {
 }
 
 impl<B: Backend> Flattened<B> {
-    /// The seams of the trained components, by the vertices (points) of the whole surface, and
+    /// The seams of the trained components and the cuts between components, by the vertices (points) of the whole surface, and
     /// per component the threshold that they were found with, in UV units of the square and
     /// input units; projected components have none.
     ///
@@ -319,7 +324,10 @@ impl<B: Backend> Flattened<B> {
         surface: &Surface,
         rule: SeamRule,
     ) -> Result<(Seams, Vec<Option<SeamThreshold>>), SurfaceError> {
-        let mut all = Seams::default();
+        let mut all = Seams {
+            points: self.cuts.iter().flatten().copied().collect(),
+            edges: self.cuts.clone(),
+        };
         let mut thresholds = Vec::new();
         for (i, (part, chart)) in self.parts.iter().zip(&self.atlas.charts).enumerate() {
             let ComponentMap::Trained(map) = &chart.map else {

@@ -131,6 +131,40 @@ impl Components {
         })
     }
 
+    /// The edges along which the mesh was taken apart, by the first vertices at the positions
+    /// of their ends, the smaller first, ascending: triangles of several components share them.
+    /// Between triangles of different labels they count if `across_labels`.
+    ///
+    /// # Panics
+    /// If `mesh` is not the one that was taken apart.
+    pub fn cuts(&self, mesh: &TriangleMesh, across_labels: bool) -> Vec<[u32; 2]> {
+        let welded = weld(mesh.positions());
+        let mut sides: Vec<(u32, [u32; 2], u32)> = Vec::new();
+        for (triangle, &component) in mesh.triangles().iter().zip(&self.of_triangle) {
+            let Some(component) = component else { continue };
+            let label = match across_labels {
+                true => 0,
+                false => self.list[component as usize].label,
+            };
+            let [a, b, c] = triangle.map(|v| welded[v as usize]);
+            for [a, b] in [[a, b], [b, c], [c, a]] {
+                if a != b {
+                    sides.push((label, [a.min(b), a.max(b)], component));
+                }
+            }
+        }
+        sides.sort_unstable();
+        sides.dedup();
+        let mut cuts: Vec<[u32; 2]> = sides
+            .chunk_by(|a, b| (a.0, a.1) == (b.0, b.1))
+            .filter(|components| components.len() > 1)
+            .map(|components| components[0].1)
+            .collect();
+        cuts.sort_unstable();
+        cuts.dedup();
+        cuts
+    }
+
     /// The UVs of the whole mesh from those of its components: one per vertex of every
     /// component's mesh. Triangles of no component lie at (0, 0).
     ///
@@ -444,6 +478,7 @@ mod tests {
         assert_eq!(found.list.len(), 3);
         assert_eq!(found.conditioning.non_manifold_edges, 1);
         assert_eq!(found.conditioning.non_manifold_vertices, 0);
+        assert_eq!(found.cuts(&fins, false), [[0, 1]]);
         for component in &found.list {
             assert_eq!(component.mesh.positions().len(), 3);
         }
@@ -521,6 +556,9 @@ mod tests {
         let found = Components::of(&square, &[7, 7, 3, 3]).unwrap();
         let labels: Vec<u32> = found.list.iter().map(|c| c.label).collect();
         assert_eq!(labels, [7, 3]);
+        assert_eq!(found.cuts(&square, false), [] as [[u32; 2]; 0]);
+        // The triangles of the first square and of the second share one edge.
+        assert_eq!(found.cuts(&square, true).len(), 1);
         assert_eq!(found.conditioning, Conditioning::default());
         assert!(Components::of(&square, &[1]).is_err());
     }

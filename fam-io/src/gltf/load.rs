@@ -26,6 +26,8 @@ pub(super) struct Loaded {
     pub package: Package,
     /// The bytes of the JSON and of all buffers.
     pub size: usize,
+    /// The buffers and images that are files of their own.
+    pub files: Vec<PathBuf>,
 }
 
 /// The top-level lists that are read or added to.
@@ -61,12 +63,14 @@ pub(super) fn load(content: Content) -> Result<Loaded, ReadFault> {
         list(&json, key)?;
     }
     check_compression(&json)?;
+    let files = files(&json, folder.as_deref());
     let bin = merge_buffers(&mut json, format, chunk, folder.as_deref())?;
     Ok(Loaded {
         format,
         folder,
         size: text.len() + bin.len(),
         package: Package { json, bin },
+        files,
     })
 }
 
@@ -107,6 +111,19 @@ fn check_compression(json: &Value) -> Result<(), ReadFault> {
         }
     }
     Ok(())
+}
+
+/// The files that buffers and images refer to.
+fn files(json: &Value, folder: Option<&Path>) -> Vec<PathBuf> {
+    let entries = ["buffers", "images"]
+        .into_iter()
+        .flat_map(|key| json[key].as_array());
+    let uris = entries.flatten().filter_map(|entry| entry["uri"].as_str());
+    let paths = uris.filter_map(|uri| match Place::of(uri) {
+        Place::Relative(path) => Some(folder?.join(path)),
+        _ => None,
+    });
+    paths.collect()
 }
 
 /// Puts all buffers one after the other, and the views where their bytes are then.
