@@ -19,17 +19,37 @@ pub(super) fn list<'a>(owner: &'a Value, key: &str) -> Result<&'a [Value], ReadF
     }
 }
 
-/// The list of objects called `key`, each as a `T`.
+/// The list of objects called `key`, each as a `T`, a type of the crate `gltf`.
 pub(super) fn typed<T: DeserializeOwned>(owner: &Value, key: &str) -> Result<Vec<T>, ReadFault> {
     let objects = list(owner, key)?.iter().enumerate();
     objects
         .map(|(index, object)| {
+            if let Some(narrow) = too_large(object) {
+                return Err(malformed(format!(
+                    "{key}[{index}]: `{narrow}` is too large"
+                )));
+            }
             T::deserialize(object).map_err(|error| {
                 let problem = excerpt(error.to_string().as_bytes());
                 malformed(format!("{key}[{index}]: {problem}"))
             })
         })
         .collect()
+}
+
+/// The first of the numbers in an accessor or a view that does not fit into 32 bits although it
+/// has to; `gltf` would cut it.
+fn too_large(object: &Value) -> Option<&str> {
+    const NARROW: [&str; 3] = ["buffer", "bufferView", "componentType"];
+    let is_too_large = |value: &Value| value.as_u64().is_some_and(|n| u32::try_from(n).is_err());
+    object
+        .as_object()?
+        .iter()
+        .find_map(|(key, value)| match key.as_str() {
+            "sparse" | "indices" | "values" => too_large(value),
+            key if NARROW.contains(&key) && is_too_large(value) => Some(key),
+            _ => None,
+        })
 }
 
 /// The index called `key`, less than `count`.
