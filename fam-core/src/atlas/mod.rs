@@ -1,6 +1,6 @@
 //! Surfaces of several components: one map each, all in one UV square.
 //!
-//! [`flatten`] takes a surface apart ([`Components`](crate::surface::Components)), projects
+//! [`flatten`] takes a surface apart ([`Components`]), projects
 //! what is flat ([`Projection`]), trains a map on every other component, and lays all of them
 //! side by side at one texel density. Its result holds the [`Atlas`], which gives UVs of any
 //! points and is saved and loaded as a whole.
