@@ -134,7 +134,7 @@ fn wgpu_trains_and_agrees_with_ndarray() {
         let run = succeeds(folder.path(), &arguments);
         let summary: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
         assert_eq!(summary["backend"], backend);
-        summary["loss"]["total"].as_f64().unwrap()
+        summary["components"][0]["loss"]["total"].as_f64().unwrap()
     };
     let (cpu, gpu) = (loss("ndarray"), loss("wgpu"));
     assert!((cpu - gpu).abs() < 1e-4 * cpu, "{cpu} against {gpu}");
