@@ -39,6 +39,7 @@
 
 pub mod atlas;
 pub mod cycles;
+pub mod finish;
 pub mod jacobian;
 pub mod losses;
 pub mod map;
