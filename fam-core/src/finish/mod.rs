@@ -1,5 +1,10 @@
 //! From a raw map to UVs that an artist can use.
 
+mod diffusion;
+mod layout;
+mod patch;
+mod peaks;
+mod tears;
 pub(crate) mod topology;
 
 /// What finishing is to reach, and what it may cost.
