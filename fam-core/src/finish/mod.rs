@@ -1,10 +1,12 @@
 //! From a raw map to UVs that an artist can use.
 
 mod diffusion;
-mod layout;
-mod patch;
+pub mod layout;
+pub mod patch;
 mod peaks;
-mod tears;
+pub mod refine;
+pub mod tears;
+pub(crate) mod solve;
 pub(crate) mod topology;
 
 /// What finishing is to reach, and what it may cost.

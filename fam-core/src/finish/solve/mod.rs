@@ -1,0 +1,3 @@
+//! Layouts of charts in the plane.
+
+pub(crate) mod boundary;
