@@ -1,0 +1,255 @@
+//! Injective starts: the outer boundary on a circle, every other vertex in the midst of its
+//! neighbours (Tutte's embedding).
+
+use robust::{Coord, orient2d};
+
+use super::SolveError;
+use super::rest::RestShapes;
+use super::sparse::SparseSystem;
+use crate::finish::topology::Topology;
+
+/// Bounds on half the cotangents, of which the weights are made.
+const LEAST_WEIGHT: f64 = 0.05;
+const MOST_WEIGHT: f64 = 5.0;
+
+/// The share of the circle that is spread evenly over the edges of the boundary; the rest goes
+/// by their lengths.
+const EVEN_SHARE: f64 = 0.1;
+
+/// How often the weights are adapted.
+const ROUNDS: usize = 30;
+
+/// The ratio between the scales of the largest and the smallest triangle at which a start is
+/// good enough.
+const SPREAD: f64 = 1e-4;
+
+/// Whether all triangles are strictly counter-clockwise, decided exactly.
+pub(crate) fn valid(topology: &Topology, uv: &[[f64; 2]]) -> bool {
+    uv.len() >= topology.vertices() && collapsed(topology, uv) == 0
+}
+
+fn collapsed(topology: &Topology, uv: &[[f64; 2]]) -> usize {
+    let positive = |t: &&[u32; 3]| {
+        let [a, b, c] = t.map(|v| {
+            let [x, y] = uv[v as usize];
+            Coord { x, y }
+        });
+        orient2d(a, b, c) > 0.0
+    };
+    topology.triangles().len() - topology.triangles().iter().filter(positive).count()
+}
+
+/// Positions of all vertices of a disk (with holes) at which every triangle is strictly
+/// counter-clockwise and no two overlap; the outer boundary, its longest, lies on the unit
+/// circle.
+///
+/// Limbs shrink exponentially along their length, beyond what double precision can tell apart.
+/// So the links within small triangles are loosened and the system is solved again, until
+/// every triangle has its place.
+///
+/// # Errors
+/// The rest shapes are not those of the triangles, it is no disk with holes, its outer boundary
+/// has fewer than three edges, or there are triangles that do not unfold.
+pub(crate) fn embed(topology: &Topology, rest: &RestShapes) -> Result<Vec<[f64; 2]>, SolveError> {
+    if rest.len() != topology.triangles().len() {
+        return Err(SolveError::LengthMismatch {
+            what: "rest shapes",
+            expected: topology.triangles().len(),
+            found: rest.len(),
+        });
+    }
+    let mut disk = Disk::new(topology, rest)?;
+    let mut best: Option<(usize, Vec<[f64; 2]>)> = None;
+    for _ in 0..ROUNDS {
+        let uv = disk.solve()?;
+        let count = collapsed(topology, &uv);
+        let spread = disk.loosen(&uv);
+        let better = best.as_ref().is_none_or(|(least, _)| count <= *least);
+        if better {
+            best = Some((count, uv));
+        }
+        if count == 0 && spread > SPREAD {
+            break;
+        }
+    }
+    match best {
+        Some((0, uv)) => Ok(uv),
+        Some((triangles, _)) => Err(SolveError::Collapsed { triangles }),
+        None => Err(SolveError::NotADisk),
+    }
+}
+
+/// A disk whose holes are filled with fans around further vertices.
+struct Disk<'a> {
+    topology: &'a Topology,
+    rest: &'a RestShapes,
+    /// Per vertex its place on the circle, or none in the interior.
+    circle: Vec<Option<[f64; 2]>>,
+    /// The node of every vertex in the interior, and of the centres of holes after them.
+    nodes: Vec<u32>,
+    system: SparseSystem<1>,
+    /// Half-edges around every hole that is filled.
+    holes: Vec<Vec<u32>>,
+    /// By what the links within every triangle are multiplied.
+    tightness: Vec<f64>,
+}
+
+const NONE: u32 = u32::MAX;
+
+impl<'a> Disk<'a> {
+    fn new(topology: &'a Topology, rest: &'a RestShapes) -> Result<Self, SolveError> {
+        let mut loops = topology.boundary_loops();
+        if topology.euler_characteristic() != 2 - loops.len() as i64 || loops.is_empty() {
+            return Err(SolveError::NotADisk);
+        }
+        let lengths: Vec<f64> = loops.iter().map(|edges| loop_length(rest, edges)).collect();
+        let outer = (0..loops.len()).fold(
+            0,
+            |best, k| {
+                if lengths[k] > lengths[best] { k } else { best }
+            },
+        );
+        let outer = loops.swap_remove(outer);
+        if outer.len() < 3 {
+            return Err(SolveError::ShortBoundary);
+        }
+        // Holes of two edges are closed, those of three are triangles.
+        let holes: Vec<Vec<u32>> = loops.into_iter().filter(|edges| edges.len() > 3).collect();
+        let circle = on_circle(topology, rest, &outer);
+        let mut nodes = vec![NONE; topology.vertices()];
+        let mut count = 0;
+        for (node, place) in nodes.iter_mut().zip(&circle) {
+            if place.is_none() {
+                *node = count;
+                count += 1;
+            }
+        }
+        let mut links = Vec::new();
+        let mut link = |a: u32, b: u32| {
+            if a != NONE && b != NONE {
+                links.push([a, b]);
+            }
+        };
+        for h in topology.edges() {
+            link(
+                nodes[topology.origin(h) as usize],
+                nodes[topology.target(h) as usize],
+            );
+        }
+        for edges in &holes {
+            for &h in edges {
+                link(count, nodes[topology.origin(h) as usize]);
+            }
+            count += 1;
+        }
+        Ok(Self {
+            topology,
+            rest,
+            system: SparseSystem::new(count as usize, &links)?,
+            circle,
+            nodes,
+            holes,
+            tightness: vec![1.0; topology.triangles().len()],
+        })
+    }
+
+    /// The positions at which every inner vertex is the weighted mean of its neighbours.
+    fn solve(&mut self) -> Result<Vec<[f64; 2]>, SolveError> {
+        let inner = self.nodes.iter().filter(|&&node| node != NONE).count();
+        let mut pull = vec![[0.0; 2]; inner + self.holes.len()];
+        self.system.clear();
+        for (t, corners) in self.topology.triangles().iter().enumerate() {
+            let cotangents = self.rest.half_cotangents(t);
+            for c in 0..3 {
+                let weight =
+                    self.tightness[t] * cotangents[(c + 2) % 3].clamp(LEAST_WEIGHT, MOST_WEIGHT);
+                self.link(corners[c], corners[(c + 1) % 3], weight, &mut pull);
+            }
+        }
+        for (k, edges) in std::mem::take(&mut self.holes).into_iter().enumerate() {
+            let centre = (inner + k) as u32;
+            for &h in &edges {
+                let weight = self.tightness[h as usize / 3];
+                let node = self.nodes[self.topology.origin(h) as usize];
+                self.system.add_diagonal(centre, &[[weight]]);
+                if node == NONE {
+                    // A vertex of a hole is never on the outer boundary.
+                    return Err(SolveError::NotADisk);
+                }
+                self.system.add_diagonal(node, &[[weight]]);
+                if let Some(slot) = self.system.slot(centre, node) {
+                    self.system.add(slot, &[[-weight]]);
+                }
+            }
+            self.holes.push(edges);
+        }
+        self.system.factorize()?;
+        self.system.solve(&mut pull);
+        Ok(std::iter::zip(&self.circle, &self.nodes)
+            .map(|(place, &node)| place.unwrap_or_else(|| pull[node as usize]))
+            .collect())
+    }
+
+    /// Ties two vertices to each other; what is on the circle pulls.
+    fn link(&mut self, a: u32, b: u32, weight: f64, pull: &mut [[f64; 2]]) {
+        let (one, other) = (self.nodes[a as usize], self.nodes[b as usize]);
+        for (node, beyond) in [(one, b), (other, a)] {
+            if node == NONE {
+                continue;
+            }
+            self.system.add_diagonal(node, &[[weight]]);
+            if let Some([x, y]) = self.circle[beyond as usize] {
+                let sum = &mut pull[node as usize];
+                *sum = [sum[0] + weight * x, sum[1] + weight * y];
+            }
+        }
+        if one != NONE && other != NONE {
+            if let Some(slot) = self.system.slot(one, other) {
+                self.system.add(slot, &[[-weight]]);
+            }
+        }
+    }
+
+    /// Loosens the links within triangles by as much as they are too small; returns the
+    /// smallest scale over the mean.
+    fn loosen(&mut self, uv: &[[f64; 2]]) -> f64 {
+        let scales: Vec<f64> = (0..self.rest.len())
+            .map(|t| {
+                let [a, b, c] = self.topology.triangles()[t].map(|v| uv[v as usize]);
+                let (p, q) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
+                let area = 0.5 * (p[0] * q[1] - p[1] * q[0]);
+                (area.max(f64::MIN_POSITIVE) / self.rest.area(t)).sqrt()
+            })
+            .collect();
+        let mean = scales.iter().sum::<f64>() / scales.len() as f64;
+        let mut least = f64::INFINITY;
+        for (tightness, scale) in self.tightness.iter_mut().zip(scales) {
+            least = least.min(scale / mean);
+            *tightness *= (scale / mean).clamp(1e-3, 1e3).sqrt();
+        }
+        least
+    }
+}
+
+/// The length of a loop of half-edges.
+fn loop_length(rest: &RestShapes, edges: &[u32]) -> f64 {
+    edges.iter().map(|&h| half_edge_length(rest, h)).sum()
+}
+
+fn half_edge_length(rest: &RestShapes, h: u32) -> f64 {
+    rest.edge_length(h as usize / 3, h as usize % 3)
+}
+
+/// The places of the vertices of a loop of half-edges on the unit circle.
+fn on_circle(topology: &Topology, rest: &RestShapes, edges: &[u32]) -> Vec<Option<[f64; 2]>> {
+    let length = loop_length(rest, edges);
+    let mut places = vec![None; topology.vertices()];
+    let mut turn = 0.0;
+    for &h in edges {
+        let (sin, cos) = (std::f64::consts::TAU * turn).sin_cos();
+        places[topology.origin(h) as usize] = Some([cos, sin]);
+        turn += EVEN_SHARE / edges.len() as f64
+            + (1.0 - EVEN_SHARE) * half_edge_length(rest, h) / length;
+    }
+    places
+}
