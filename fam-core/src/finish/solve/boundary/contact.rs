@@ -60,3 +60,63 @@ fn roots(a: f64, b: f64, c: f64) -> [Option<f64>; 2] {
     roots.sort_by(|s, t| s.partial_cmp(t).unwrap_or(std::cmp::Ordering::Equal));
     roots
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
+    use super::*;
+    use crate::finish::topology::Topology;
+    use crate::surface::shapes;
+
+    #[test]
+    fn contact_has_its_closed_form() {
+        let still = [0.0; 2];
+        let above = [[0.5, 3.0], [0.0, 0.0], [1.0, 0.0]];
+        let close = |t: Option<f64>, expected: f64| (t.unwrap() - expected).abs() < 1e-12;
+        assert!(close(contact(above, [[0.0, -2.0], still, still]), 1.5));
+        assert!(close(contact(above, [still, [0.0, 4.0], [0.0, 2.0]]), 1.0));
+        assert_eq!(contact(above, [[2.0, -2.0], still, still]), None);
+        assert_eq!(contact(above, [[0.0, 2.0], still, still]), None);
+        // A quarter turn of an edge, as by a chord: it meets the diagonal half way.
+        let beside = [[0.5, 0.5], [0.0, 0.0], [2.0, 0.0]];
+        assert!(close(contact(beside, [still, still, [-2.0, 2.0]]), 0.5));
+        assert_eq!(contact(above, [still; 3]), None);
+    }
+
+    /// Until the first contact the boundary stays simple, a little later it is not.
+    #[test]
+    fn first_contact_is_where_the_boundary_stops_being_simple() {
+        let sheet = shapes::rectangle(4.0, 3.0, 8, 6);
+        let opened = Topology::oriented(&sheet);
+        let topology = opened.topology;
+        let boundary = Boundary::new(&topology, |_| 0.5);
+        let place = |&v: &u32| {
+            let [x, y, _] = sheet.positions()[v as usize];
+            [x, y]
+        };
+        let uv: Vec<Point> = opened.source.iter().map(place).collect();
+        let mut rng = Pcg64Mcg::seed_from_u64(1);
+        for _ in 0..100 {
+            let direction: Vec<Point> = uv
+                .iter()
+                .map(|_| [0; 2].map(|_| rng.random_range(-1.0..1.0)))
+                .collect();
+            let first = boundary.first_contact(&uv, &direction, 10.0);
+            assert!(first < 10.0);
+            let at = |t: f64| -> Vec<Point> {
+                let both = uv.iter().zip(&direction);
+                both.map(|(&q, &d)| along(q, t, d)).collect()
+            };
+            for step in 0..20 {
+                assert!(boundary.is_simple(&at(0.9999 * first * f64::from(step) / 19.0)));
+            }
+            assert!(!boundary.is_simple(&at(first * (1.0 + 1e-9))));
+            assert_eq!(
+                boundary.first_contact(&uv, &direction, 0.5 * first),
+                0.5 * first
+            );
+        }
+    }
+}

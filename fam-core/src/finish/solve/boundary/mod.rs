@@ -90,6 +90,3 @@ impl Boundary {
         Tree::new(boxes.collect(), &self.loops)
     }
 }
-
-#[cfg(test)]
-mod tests;
