@@ -124,7 +124,7 @@ mod tests {
         };
         let edge = |i: usize| (points[i], points[(i + 1) % n]);
         let double_area: i64 = (0..n)
-            .map(|i| edge(i))
+            .map(edge)
             .map(|(a, b)| a[0] * b[1] - a[1] * b[0])
             .sum();
         double_area > 0
