@@ -1,5 +1,6 @@
 //! Flattening of a chart: an injective start, then as little distortion as its boundary allows.
 
+pub(crate) mod boundary;
 pub(crate) mod newton;
 pub(crate) mod rest;
 mod sparse;

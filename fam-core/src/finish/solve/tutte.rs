@@ -64,11 +64,12 @@ pub(crate) fn embed(topology: &Topology, rest: &RestShapes) -> Result<Vec<[f64; 
         let uv = disk.solve()?;
         let count = collapsed(topology, &uv);
         let spread = disk.loosen(&uv);
+        if std::env::var("FAM_DBG").is_ok() { let f = super::newton::Flattening::new(topology.triangles(), rest.clone(), &[]).unwrap(); eprintln!("round: collapsed {count} spread {spread:e} energy {:.4e}", f.mean_energy(&uv)); }
         let better = best.as_ref().is_none_or(|(least, _)| count <= *least);
         if better {
             best = Some((count, uv));
         }
-        if count == 0 && spread > SPREAD {
+        if count == 0 && spread > SPREAD && std::env::var("FAM_DBG").is_err() {
             break;
         }
     }
@@ -225,7 +226,7 @@ impl<'a> Disk<'a> {
         let mut least = f64::INFINITY;
         for (tightness, scale) in self.tightness.iter_mut().zip(scales) {
             least = least.min(scale / mean);
-            *tightness *= (scale / mean).clamp(1e-3, 1e3).sqrt();
+            *tightness *= (scale / mean).clamp(1e-3, 1e3).powf(std::env::var("EXPO").map_or(0.5, |x| x.parse().unwrap()));
         }
         least
     }
