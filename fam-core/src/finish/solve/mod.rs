@@ -1,7 +1,10 @@
 //! Flattening of a chart: an injective start, then as little distortion as its boundary allows.
 
 pub(crate) mod boundary;
+mod energy;
+mod hessian;
 pub(crate) mod newton;
+mod orientation;
 pub(crate) mod rest;
 mod sparse;
 mod symmetric_dirichlet;
@@ -32,6 +35,9 @@ pub(crate) enum SolveError {
         /// The first such triangle.
         triangle: usize,
     },
+    /// Parts of the boundary touch each other in the map that was to be improved.
+    #[error("the boundary of the map to start from is not simple")]
+    NotSimple,
     /// No positions of double precision were found at which all triangles are counter-clockwise.
     #[error("no injective start was found: {triangles} triangles stay collapsed")]
     Collapsed {

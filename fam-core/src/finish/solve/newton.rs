@@ -1,26 +1,19 @@
 //! Projected Newton on the symmetric Dirichlet energy of a chart.
 
-use robust::{Coord, orient2d};
-
 use super::SolveError;
+use super::boundary::{Boundary, Pair};
+use super::energy::Integrals;
+use super::hessian::Hessian;
+use super::orientation::{first_flipped, longest_step};
 use super::rest::RestShapes;
-use super::sparse::{Slot, SparseSystem};
-use super::symmetric_dirichlet::{Jacobian, derivatives, determinant, squared_norm};
 
-/// In the place of a node: the vertex is fixed or in no triangle.
-const NONE: u32 = u32::MAX;
+/// How near parts of the boundary come before they repel each other, in lengths of edges.
+const REACH: f64 = 0.1;
 
-/// By what the diagonal of the Hessian is raised at first: what rounding leaves of the
-/// directions in which the energy does not change.
-const DAMPING: f64 = 1e-10;
+/// The reach of the pairs for which the Hessian has room in advance.
+const WIDE_REACH: f64 = 0.3;
 
-/// By what the damping grows when the Hessian is still not positive definite.
-const DAMPING_GROWTH: f64 = 1e3;
-
-/// The damping above which there is no further attempt.
-const MOST_DAMPING: f64 = 1e3;
-
-/// How much of the way to the first collapsed triangle a step goes at most.
+/// How much of the way to the first collapse or contact a step goes at most.
 const STEP_SHARE: f64 = 0.9;
 
 /// The part of the decrease along the gradient that a step must have (Armijo's condition).
@@ -56,7 +49,7 @@ pub(crate) enum Outcome {
 /// What the solver arrived at.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Solved {
-    /// The mean symmetric Dirichlet energy at the best uniform scale.
+    /// The mean symmetric Dirichlet energy at the best uniform scale, without the barrier.
     pub(crate) energy: f64,
     /// The steps that were taken.
     pub(crate) iterations: usize,
@@ -68,32 +61,23 @@ pub(crate) struct Solved {
 pub(crate) struct Flattening {
     triangles: Vec<[u32; 3]>,
     rest: RestShapes,
-    /// The node of every vertex.
-    nodes: Vec<u32>,
-    /// The vertex of every node.
-    free: Vec<u32>,
+    /// How many vertices there are, up to the last that is in a triangle.
+    vertices: usize,
     /// Whether a vertex of some triangle is fixed.
     anchored: bool,
-    system: SparseSystem<2>,
-    /// Per triangle the blocks of its corners 0 and 1, 1 and 2, 2 and 0.
-    slots: Vec<[Option<Slot<2>>; 3]>,
+    hessian: Hessian,
 }
 
-/// The two integrals that make up the energy: `D` of `σ₁² + σ₂²`, `I` of `1/σ₁² + 1/σ₂²`.
-#[derive(Debug, Clone, Copy)]
-struct Integrals {
-    dirichlet: f64,
-    inverse: f64,
-}
-
-impl Integrals {
-    fn energy(&self) -> f64 {
-        self.dirichlet + self.inverse
-    }
+/// A map and its energy with that of the barrier.
+struct Value {
+    integrals: Integrals,
+    pairs: Vec<Pair>,
+    total: f64,
 }
 
 impl Flattening {
     /// Of triangles over vertices of which those with `fixed` keep their place (empty: none).
+    /// They may be all of a chart or some of it, numbered as they are there.
     ///
     /// # Errors
     /// The rest shapes are not as many as the triangles, `fixed` is neither empty nor reaches
@@ -103,303 +87,182 @@ impl Flattening {
         rest: RestShapes,
         fixed: &[bool],
     ) -> Result<Self, SolveError> {
-        same_length("rest shapes", triangles.len(), rest.len())?;
-        let vertices = vertex_count(triangles);
-        if !fixed.is_empty() && fixed.len() < vertices {
-            same_length("fixed", vertices, fixed.len())?;
+        if rest.len() != triangles.len() {
+            return Err(SolveError::LengthMismatch {
+                what: "rest shapes",
+                expected: triangles.len(),
+                found: rest.len(),
+            });
         }
-        let mut used = vec![false; vertices];
-        let mut anchored = false;
-        for &v in triangles.iter().flatten() {
-            used[v as usize] = !fixed.get(v as usize).is_some_and(|&fixed| fixed);
-            anchored |= !used[v as usize];
+        let last = triangles.iter().flatten().max();
+        let vertices = last.map_or(0, |&v| v as usize + 1);
+        if !fixed.is_empty() {
+            reaches("fixed", vertices, fixed.len())?;
         }
-        let free: Vec<u32> = (0..vertices as u32).filter(|&v| used[v as usize]).collect();
-        let mut nodes = vec![NONE; vertices];
-        for (node, &v) in free.iter().enumerate() {
-            nodes[v as usize] = node as u32;
-        }
-        let sides = |t: &[u32; 3]| {
-            let [a, b, c] = t.map(|v| nodes[v as usize]);
-            [[a, b], [b, c], [c, a]]
-        };
-        let inner = |link: &[u32; 2]| !link.contains(&NONE);
-        let links: Vec<[u32; 2]> = triangles.iter().flat_map(sides).filter(inner).collect();
-        let system = SparseSystem::new(free.len(), &links)?;
-        let slot = |link: [u32; 2]| {
-            let [a, b] = Some(link).filter(inner)?;
-            system.slot(a, b)
-        };
-        let slots = triangles.iter().map(|t| sides(t).map(slot)).collect();
+        let is_fixed = |v: u32| !fixed.is_empty() && fixed[v as usize];
         Ok(Self {
+            hessian: Hessian::new(triangles, vertices, |v| !is_fixed(v))?,
             triangles: triangles.to_vec(),
             rest,
-            nodes,
-            free,
-            anchored,
-            system,
-            slots,
+            vertices,
+            anchored: triangles.iter().flatten().any(|&v| is_fixed(v)),
         })
     }
 
-    /// Moves the free vertices, so that the energy decreases and no triangle turns over.
+    /// Moves the free vertices, so that the energy decreases and no triangle turns over. If
+    /// there is a `boundary` (of the whole chart), it stays simple, kept apart by a barrier.
+    ///
+    /// Without fixed vertices the map is scaled to its best size first.
     ///
     /// # Errors
-    /// `uv` does not reach as far as the vertices, a triangle is not counter-clockwise at the
-    /// start, or the Hessian cannot be factorised; then `uv` is the best map so far.
+    /// `uv` does not reach as far as the vertices; at the start a triangle is not
+    /// counter-clockwise or the boundary not simple; or the Hessian cannot be factorised: then
+    /// `uv` is the best map so far.
     pub(crate) fn minimize(
         &mut self,
         uv: &mut [[f64; 2]],
+        boundary: Option<&Boundary>,
         stop: &Stop,
     ) -> Result<Solved, SolveError> {
-        if uv.len() < self.nodes.len() {
-            same_length("uv", self.nodes.len(), uv.len())?;
-        }
+        reaches("uv", self.vertices, uv.len())?;
         if let Some(triangle) = first_flipped(&self.triangles, uv) {
             return Err(SolveError::Flipped { triangle });
         }
-        if !self.anchored {
-            self.scale_best(uv);
+        if boundary.is_some_and(|boundary| !boundary.is_simple(uv)) {
+            return Err(SolveError::NotSimple);
         }
-        let mut value = self.integrals(uv);
+        if !self.anchored {
+            self.scale_best(uv, boundary);
+        }
+        let area = self.rest.total_area();
+        let mut value = self.value(uv, boundary);
         let mut iterations = 0;
         let outcome = loop {
-            if stop
-                .energy_bound
-                .is_some_and(|bound| self.mean(value) <= bound)
-            {
+            let mean = value.integrals.mean(area);
+            if stop.energy_bound.is_some_and(|bound| mean <= bound) {
                 break Outcome::BoundReached;
             }
             if iterations == stop.iterations {
                 break Outcome::OutOfIterations;
             }
-            let gradient = self.assemble(uv);
-            let direction = self.direction(&gradient)?;
-            let slope = dot(&gradient, &direction);
-            if -slope <= stop.relative_decrease * value.energy() {
+            let (direction, slope) = self.direction(uv, boundary, &value.pairs)?;
+            if -slope <= stop.relative_decrease * value.total {
                 break Outcome::Converged;
             }
-            match self.line_search(uv, &direction, slope, value) {
+            match self.line_search(uv, boundary, &direction, slope, value.total) {
                 Some(reached) => value = reached,
                 None => break Outcome::Stuck,
             }
             iterations += 1;
         };
         Ok(Solved {
-            energy: self.mean(value),
+            energy: value.integrals.mean(area),
             iterations,
             outcome,
         })
     }
 
     /// The mean symmetric Dirichlet energy of a map at its best uniform scale; infinite where
-    /// a triangle is flipped or collapsed.
+    /// a triangle is flipped or collapsed. `uv` must reach as far as the vertices.
     pub(crate) fn mean_energy(&self, uv: &[[f64; 2]]) -> f64 {
-        self.mean(self.integrals(uv))
+        Integrals::of(&self.triangles, &self.rest, uv).mean(self.rest.total_area())
     }
 
-    fn mean(&self, value: Integrals) -> f64 {
-        2.0 * value.dirichlet.sqrt() * (value.inverse.sqrt() / self.rest.total_area())
-    }
-
-    fn integrals(&self, uv: &[[f64; 2]]) -> Integrals {
-        let mut sum = Integrals {
-            dirichlet: 0.0,
-            inverse: 0.0,
-        };
-        for t in 0..self.triangles.len() {
-            let jacobian = self.jacobian(t, uv);
-            let determinant = determinant(&jacobian);
-            let dirichlet = self.rest.area(t) * squared_norm(&jacobian);
-            sum.dirichlet += dirichlet;
-            sum.inverse += if determinant > 0.0 {
-                dirichlet / (determinant * determinant)
-            } else {
-                f64::INFINITY
-            };
+    fn value(&self, uv: &[[f64; 2]], boundary: Option<&Boundary>) -> Value {
+        let integrals = Integrals::of(&self.triangles, &self.rest, uv);
+        let pairs = boundary.map_or(Vec::new(), |boundary| boundary.close_pairs(uv, REACH));
+        let barrier: f64 = pairs.iter().map(|pair| pair.energy(uv)).sum();
+        Value {
+            integrals,
+            pairs,
+            total: integrals.energy() + barrier,
         }
-        sum
-    }
-
-    fn jacobian(&self, t: usize, uv: &[[f64; 2]]) -> Jacobian {
-        let [a, b, c] = self.triangles[t].map(|v| uv[v as usize]);
-        let [_, g1, g2] = self.rest.gradients(t);
-        [0, 1].map(|i| {
-            let (e1, e2) = (b[i] - a[i], c[i] - a[i]);
-            [0, 1].map(|k| e1 * g1[k] + e2 * g2[k])
-        })
     }
 
     /// Scales the map to the size at which its energy is least.
-    fn scale_best(&self, uv: &mut [[f64; 2]]) {
-        let value = self.integrals(uv);
-        let scale = (value.inverse / value.dirichlet).sqrt().sqrt();
-        if scale.is_finite() && scale > 0.0 {
-            for c in uv.iter_mut().flatten() {
-                *c *= scale;
-            }
+    fn scale_best(&self, uv: &mut [[f64; 2]], boundary: Option<&Boundary>) {
+        let scale = Integrals::of(&self.triangles, &self.rest, uv).best_scale();
+        let scaled: Vec<[f64; 2]> = uv.iter().map(|q| q.map(|c| scale * c)).collect();
+        if self.is_injective(&scaled, boundary) {
+            uv.copy_from_slice(&scaled);
         }
     }
 
-    /// Fills the system with the projected Hessian; returns the gradient per node.
-    fn assemble(&mut self, uv: &[[f64; 2]]) -> Vec<[f64; 2]> {
-        self.system.clear();
-        let mut gradient = vec![[0.0; 2]; self.free.len()];
-        for t in 0..self.triangles.len() {
-            let hats = self.rest.gradients(t);
-            let area = self.rest.area(t);
-            let derivatives = derivatives(&self.jacobian(t, uv));
-            let nodes = self.triangles[t].map(|v| self.nodes[v as usize]);
-            // The modes as displacements of the three corners.
-            let modes = derivatives
-                .modes
-                .map(|(eigenvalue, mode)| (area * eigenvalue, hats.map(|hat| times(&mode, hat))));
-            let block = |one: usize, other: usize| {
-                let mut block = [[0.0; 2]; 2];
-                for (eigenvalue, corners) in &modes {
-                    for i in 0..2 {
-                        for k in 0..2 {
-                            block[i][k] += eigenvalue * corners[one][i] * corners[other][k];
-                        }
-                    }
-                }
-                block
-            };
-            for c in 0..3 {
-                if nodes[c] != NONE {
-                    let force = times(&derivatives.gradient, hats[c]);
-                    let sum = &mut gradient[nodes[c] as usize];
-                    *sum = [0, 1].map(|i| sum[i] + area * force[i]);
-                    self.system.add_diagonal(nodes[c], &block(c, c));
-                }
-                if let Some(slot) = self.slots[t][c] {
-                    self.system.add(slot, &block(c, (c + 1) % 3));
-                }
-            }
-        }
-        gradient
+    fn is_injective(&self, uv: &[[f64; 2]], boundary: Option<&Boundary>) -> bool {
+        first_flipped(&self.triangles, uv).is_none()
+            && boundary.is_none_or(|boundary| boundary.is_simple(uv))
     }
 
-    /// The Newton direction per node.
-    fn direction(&mut self, gradient: &[[f64; 2]]) -> Result<Vec<[f64; 2]>, SolveError> {
-        let mut damping = DAMPING;
-        self.system.scale_diagonal(1.0 + damping);
-        while let Err(error) = self.system.factorize() {
-            if damping > MOST_DAMPING {
-                return Err(error);
-            }
-            self.system
-                .scale_diagonal((1.0 + DAMPING_GROWTH * damping) / (1.0 + damping));
-            damping *= DAMPING_GROWTH;
+    fn direction(
+        &mut self,
+        uv: &[[f64; 2]],
+        boundary: Option<&Boundary>,
+        pairs: &[Pair],
+    ) -> Result<(Vec<[f64; 2]>, f64), SolveError> {
+        if let Some(boundary) = boundary
+            && !self.hessian.covers(pairs)
+        {
+            let wide = boundary.close_pairs(uv, WIDE_REACH);
+            self.hessian.cover(&self.triangles, &wide)?;
         }
-        let mut direction: Vec<[f64; 2]> = gradient.iter().map(|g| g.map(|c| -c)).collect();
-        self.system.solve(&mut direction);
-        if direction.iter().flatten().all(|c| c.is_finite()) {
-            Ok(direction)
-        } else {
-            Err(SolveError::Singular)
-        }
+        self.hessian.assemble(&self.triangles, &self.rest, uv);
+        self.hessian.add_pairs(pairs, uv);
+        let (mut direction, slope) = self.hessian.direction()?;
+        direction.resize(uv.len(), [0.0; 2]);
+        Ok((direction, slope))
     }
 
     /// Takes the longest step that decreases the energy enough; none leaves `uv` as it is.
     fn line_search(
         &self,
         uv: &mut [[f64; 2]],
+        boundary: Option<&Boundary>,
         direction: &[[f64; 2]],
         slope: f64,
-        value: Integrals,
-    ) -> Option<Integrals> {
-        let start: Vec<[f64; 2]> = self.free.iter().map(|&v| uv[v as usize]).collect();
-        let mut step = (STEP_SHARE * self.longest_step(uv, direction)).min(1.0);
+        total: f64,
+    ) -> Option<Value> {
+        let start = uv.to_vec();
+        let mut step = self.free_step(uv, boundary, direction);
         for _ in 0..SHORTENINGS {
-            self.place(uv, &start, direction, step);
-            let reached = self.integrals(uv);
-            let decrease = reached.energy() - value.energy();
-            if decrease <= SUFFICIENT * step * slope && first_flipped(&self.triangles, uv).is_none()
-            {
+            for ((q, p), d) in uv.iter_mut().zip(&start).zip(direction) {
+                *q = [p[0] + step * d[0], p[1] + step * d[1]];
+            }
+            let reached = self.value(uv, boundary);
+            let change = reached.total - total;
+            if change <= SUFFICIENT * step * slope && self.is_injective(uv, boundary) {
                 return Some(reached);
             }
             // The minimum of the parabola through what is known.
-            let parabola = -0.5 * slope * step * step / (decrease - slope * step);
+            let parabola = -0.5 * slope * step * step / (change - slope * step);
             step = if parabola.is_finite() {
                 parabola.clamp(0.1 * step, 0.5 * step)
             } else {
                 0.5 * step
             };
         }
-        self.place(uv, &start, direction, 0.0);
+        uv.copy_from_slice(&start);
         None
     }
 
-    fn place(&self, uv: &mut [[f64; 2]], start: &[[f64; 2]], direction: &[[f64; 2]], step: f64) {
-        for ((&v, p), d) in self.free.iter().zip(start).zip(direction) {
-            uv[v as usize] = [p[0] + step * d[0], p[1] + step * d[1]];
+    /// The step up to 1 that stays away from the first collapse and the first contact.
+    fn free_step(
+        &self,
+        uv: &[[f64; 2]],
+        boundary: Option<&Boundary>,
+        direction: &[[f64; 2]],
+    ) -> f64 {
+        let step = (STEP_SHARE * longest_step(&self.triangles, uv, direction)).min(1.0);
+        let contact = boundary.map_or(step, |b| b.first_contact(uv, direction, step));
+        if contact < step {
+            STEP_SHARE * contact
+        } else {
+            step
         }
     }
-
-    /// How far the free vertices can move until the first triangle collapses.
-    fn longest_step(&self, uv: &[[f64; 2]], direction: &[[f64; 2]]) -> f64 {
-        let speed = |v: u32| match self.nodes[v as usize] {
-            NONE => [0.0; 2],
-            node => direction[node as usize],
-        };
-        self.triangles
-            .iter()
-            .map(|t| first_collapse(t.map(|v| uv[v as usize]), t.map(speed)))
-            .fold(f64::INFINITY, f64::min)
-    }
 }
 
-/// The first triangle that is not strictly counter-clockwise, decided exactly.
-pub(crate) fn first_flipped(triangles: &[[u32; 3]], uv: &[[f64; 2]]) -> Option<usize> {
-    triangles.iter().position(|t| {
-        let [a, b, c] = t.map(|v| {
-            let [x, y] = uv[v as usize];
-            Coord { x, y }
-        });
-        // Not a number is no positive area either.
-        !(orient2d(a, b, c) > 0.0)
-    })
-}
-
-/// The first positive time at which a counter-clockwise triangle that moves steadily has no
-/// area; infinite if there is none.
-fn first_collapse(corners: [[f64; 2]; 3], speeds: [[f64; 2]; 3]) -> f64 {
-    let sides = |p: [[f64; 2]; 3]| [1, 2].map(|c| [p[c][0] - p[0][0], p[c][1] - p[0][1]]);
-    let cross = |p: [f64; 2], q: [f64; 2]| p[0] * q[1] - p[1] * q[0];
-    let ([p, q], [u, v]) = (sides(corners), sides(speeds));
-    let (constant, linear, square) = (cross(p, q), cross(p, v) + cross(u, q), cross(u, v));
-    let discriminant = linear * linear - 4.0 * square * constant;
-    if discriminant < 0.0 {
-        return f64::INFINITY;
-    }
-    let root = discriminant.sqrt();
-    let time = if linear < 0.0 {
-        2.0 * constant / (root - linear)
-    } else {
-        -0.5 * (linear + root) / square
-    };
-    if time > 0.0 { time } else { f64::INFINITY }
-}
-
-/// `J x`.
-fn times(j: &Jacobian, x: [f64; 2]) -> [f64; 2] {
-    [0, 1].map(|i| j[i][0] * x[0] + j[i][1] * x[1])
-}
-
-fn dot(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
-    std::iter::zip(a.iter().flatten(), b.iter().flatten())
-        .map(|(a, b)| a * b)
-        .sum()
-}
-
-fn vertex_count(triangles: &[[u32; 3]]) -> usize {
-    let last = triangles.iter().flatten().max();
-    last.map_or(0, |&v| v as usize + 1)
-}
-
-fn same_length(what: &'static str, expected: usize, found: usize) -> Result<(), SolveError> {
-    if expected == found {
+fn reaches(what: &'static str, expected: usize, found: usize) -> Result<(), SolveError> {
+    if found >= expected {
         return Ok(());
     }
     Err(SolveError::LengthMismatch {

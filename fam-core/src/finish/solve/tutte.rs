@@ -1,11 +1,12 @@
 //! Injective starts: the outer boundary on a circle, every other vertex in the midst of its
 //! neighbours (Tutte's embedding).
 
-use robust::{Coord, orient2d};
-
 use super::SolveError;
+use super::energy::{Integrals, jacobian};
+use super::orientation::{count_flipped, first_flipped};
 use super::rest::RestShapes;
 use super::sparse::SparseSystem;
+use super::symmetric_dirichlet::determinant;
 use crate::finish::topology::Topology;
 
 /// Bounds on half the cotangents, of which the weights are made.
@@ -17,26 +18,19 @@ const MOST_WEIGHT: f64 = 5.0;
 const EVEN_SHARE: f64 = 0.1;
 
 /// How often the weights are adapted.
-const ROUNDS: usize = 30;
+const ROUNDS: usize = 50;
 
-/// The ratio between the scales of the largest and the smallest triangle at which a start is
-/// good enough.
-const SPREAD: f64 = 1e-4;
+/// The share of the energy above which a further round is not worth its time.
+const LEAST_GAIN: f64 = 0.8;
 
-/// Whether all triangles are strictly counter-clockwise, decided exactly.
+/// Bounds on how much a weight changes in a round.
+const LEAST_CHANGE: f64 = 1e-3;
+const MOST_CHANGE: f64 = 1e3;
+
+/// Whether there is a position for every vertex and all triangles are strictly
+/// counter-clockwise, decided exactly.
 pub(crate) fn valid(topology: &Topology, uv: &[[f64; 2]]) -> bool {
-    uv.len() >= topology.vertices() && collapsed(topology, uv) == 0
-}
-
-fn collapsed(topology: &Topology, uv: &[[f64; 2]]) -> usize {
-    let positive = |t: &&[u32; 3]| {
-        let [a, b, c] = t.map(|v| {
-            let [x, y] = uv[v as usize];
-            Coord { x, y }
-        });
-        orient2d(a, b, c) > 0.0
-    };
-    topology.triangles().len() - topology.triangles().iter().filter(positive).count()
+    uv.len() >= topology.vertices() && first_flipped(topology.triangles(), uv).is_none()
 }
 
 /// Positions of all vertices of a disk (with holes) at which every triangle is strictly
@@ -59,25 +53,31 @@ pub(crate) fn embed(topology: &Topology, rest: &RestShapes) -> Result<Vec<[f64; 
         });
     }
     let mut disk = Disk::new(topology, rest)?;
-    let mut best: Option<(usize, Vec<[f64; 2]>)> = None;
+    let mut best = disk.solve()?;
+    let (mut flipped, mut energy) = rank(topology, rest, &best);
     for _ in 0..ROUNDS {
+        disk.loosen(&best);
         let uv = disk.solve()?;
-        let count = collapsed(topology, &uv);
-        let spread = disk.loosen(&uv);
-        if std::env::var("FAM_DBG").is_ok() { let f = super::newton::Flattening::new(topology.triangles(), rest.clone(), &[]).unwrap(); eprintln!("round: collapsed {count} spread {spread:e} energy {:.4e}", f.mean_energy(&uv)); }
-        let better = best.as_ref().is_none_or(|(least, _)| count <= *least);
-        if better {
-            best = Some((count, uv));
+        let (new_flipped, new_energy) = rank(topology, rest, &uv);
+        let enough = flipped == 0 && (new_flipped > 0 || new_energy > LEAST_GAIN * energy);
+        if new_flipped == 0 || flipped > 0 {
+            (flipped, energy, best) = (new_flipped, new_energy, uv);
         }
-        if count == 0 && spread > SPREAD && std::env::var("FAM_DBG").is_err() {
+        if enough {
             break;
         }
     }
-    match best {
-        Some((0, uv)) => Ok(uv),
-        Some((triangles, _)) => Err(SolveError::Collapsed { triangles }),
-        None => Err(SolveError::NotADisk),
+    match flipped {
+        0 => Ok(best),
+        triangles => Err(SolveError::Collapsed { triangles }),
     }
+}
+
+/// How many triangles are flipped or collapsed, and the mean energy if there are none.
+fn rank(topology: &Topology, rest: &RestShapes, uv: &[[f64; 2]]) -> (usize, f64) {
+    let integrals = Integrals::of(topology.triangles(), rest, uv);
+    let flipped = count_flipped(topology.triangles(), uv);
+    (flipped, integrals.mean(rest.total_area()))
 }
 
 /// A disk whose holes are filled with fans around further vertices.
@@ -211,24 +211,19 @@ impl<'a> Disk<'a> {
         }
     }
 
-    /// Loosens the links within triangles by as much as they are too small; returns the
-    /// smallest scale over the mean.
-    fn loosen(&mut self, uv: &[[f64; 2]]) -> f64 {
+    /// Loosens the links within every triangle by as much as it is too small.
+    fn loosen(&mut self, uv: &[[f64; 2]]) {
         let scales: Vec<f64> = (0..self.rest.len())
             .map(|t| {
-                let [a, b, c] = self.topology.triangles()[t].map(|v| uv[v as usize]);
-                let (p, q) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
-                let area = 0.5 * (p[0] * q[1] - p[1] * q[0]);
-                (area.max(f64::MIN_POSITIVE) / self.rest.area(t)).sqrt()
+                let corners = self.topology.triangles()[t].map(|v| uv[v as usize]);
+                let area = determinant(&jacobian(self.rest, t, corners));
+                area.max(f64::MIN_POSITIVE).sqrt()
             })
             .collect();
         let mean = scales.iter().sum::<f64>() / scales.len() as f64;
-        let mut least = f64::INFINITY;
         for (tightness, scale) in self.tightness.iter_mut().zip(scales) {
-            least = least.min(scale / mean);
-            *tightness *= (scale / mean).clamp(1e-3, 1e3).powf(std::env::var("EXPO").map_or(0.5, |x| x.parse().unwrap()));
+            *tightness *= (scale / mean).clamp(LEAST_CHANGE, MOST_CHANGE);
         }
-        least
     }
 }
 
