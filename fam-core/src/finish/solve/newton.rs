@@ -8,10 +8,10 @@ use super::orientation::{first_flipped, longest_step};
 use super::rest::RestShapes;
 
 /// How near parts of the boundary come before they repel each other, in lengths of edges.
-const REACH: f64 = 0.1;
+const REACH: f64 = 0.25;
 
 /// The reach of the pairs for which the Hessian has room in advance.
-const WIDE_REACH: f64 = 0.3;
+const WIDE_REACH: f64 = 2.0;
 
 /// How much of the way to the first collapse or contact a step goes at most.
 const STEP_SHARE: f64 = 0.9;
