@@ -1,3 +1,4 @@
+use std::cmp::Ordering;
 use std::ops::{ControlFlow, Range};
 
 use super::Boundary;
@@ -54,7 +55,7 @@ impl Boundary {
         let is_outer = |edges: &Range<usize>| {
             let lowest = edges.clone().min_by(|&i, &j| {
                 let [a, b] = [i, j].map(|i| self.point(uv, self.next(i)));
-                a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]))
+                a.partial_cmp(&b).unwrap_or(Ordering::Equal)
             });
             lowest.is_some_and(|i| {
                 let ([a, b], [_, c]) = (self.ends(uv, i), self.ends(uv, self.next(i)));
@@ -208,6 +209,12 @@ mod tests {
                 assert_eq!(boundary.is_simple(&uv), brute_force(&moved), "{kind}");
             }
         }
+    }
+
+    #[test]
+    fn the_two_zeros_are_one() {
+        let sides = [[1.0, 0.0], [1.0, 2.0], [0.0, 2.0], [-0.0, 1.0], [0.0, 0.0]];
+        assert!(polygon(5).is_simple(&sides));
     }
 
     #[test]
