@@ -6,7 +6,6 @@
 
 mod barrier;
 mod candidates;
-mod contact;
 mod plane;
 mod simple;
 mod slits;

@@ -1,4 +1,5 @@
-use std::ops::ControlFlow;
+use std::cmp::Ordering;
+use std::ops::{ControlFlow, Range};
 
 use super::Boundary;
 use super::candidates::Bounds;
@@ -13,7 +14,7 @@ impl Boundary {
     /// segment whatever the UVs, and holds for simple. `uv` has the position of every vertex
     /// of the chart; if one on the boundary is not finite, the answer is no.
     pub fn is_simple(&self, uv: &[Point]) -> bool {
-        self.has_lengths(uv)
+        self.edges_have_length(uv)
             && self.has_one_outer_loop(uv)
             && self
                 .for_each_touching_pair(uv, |_, _| ControlFlow::Break(()))
@@ -42,7 +43,7 @@ impl Boundary {
         }
     }
 
-    fn has_lengths(&self, uv: &[Point]) -> bool {
+    fn edges_have_length(&self, uv: &[Point]) -> bool {
         (0..self.vertices.len()).all(|i| {
             let [a, b] = self.ends(uv, i);
             a[0].is_finite() && a[1].is_finite() && a != b
@@ -51,10 +52,10 @@ impl Boundary {
 
     /// The turn of a simple loop is that at its lowest vertex.
     fn has_one_outer_loop(&self, uv: &[Point]) -> bool {
-        let is_outer = |edges: &std::ops::Range<usize>| {
+        let is_outer = |edges: &Range<usize>| {
             let lowest = edges.clone().min_by(|&i, &j| {
                 let [a, b] = [i, j].map(|i| self.point(uv, self.next(i)));
-                a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]))
+                a.partial_cmp(&b).unwrap_or(Ordering::Equal)
             });
             lowest.is_some_and(|i| {
                 let ([a, b], [_, c]) = (self.ends(uv, i), self.ends(uv, self.next(i)));
@@ -208,6 +209,12 @@ mod tests {
                 assert_eq!(boundary.is_simple(&uv), brute_force(&moved), "{kind}");
             }
         }
+    }
+
+    #[test]
+    fn the_two_zeros_are_one() {
+        let sides = [[1.0, 0.0], [1.0, 2.0], [0.0, 2.0], [-0.0, 1.0], [0.0, 0.0]];
+        assert!(polygon(5).is_simple(&sides));
     }
 
     #[test]
