@@ -8,6 +8,8 @@ mod orientation;
 pub(crate) mod rest;
 mod sparse;
 mod symmetric_dirichlet;
+#[cfg(test)]
+mod tests;
 pub(crate) mod tutte;
 
 /// Why a chart was not flattened.

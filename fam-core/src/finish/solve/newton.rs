@@ -13,14 +13,18 @@ const REACH: f64 = 0.25;
 /// The reach of the pairs for which the Hessian has room in advance.
 const WIDE_REACH: f64 = 2.0;
 
-/// How much of the way to the first collapse or contact a step goes at most.
+/// How much of the way to the first collapsed triangle a step goes at most.
 const STEP_SHARE: f64 = 0.9;
 
 /// The part of the decrease along the gradient that a step must have (Armijo's condition).
 const SUFFICIENT: f64 = 1e-4;
 
+/// What is left of a step that was too long.
+const LEAST_OF_STEP: f64 = 0.1;
+const MOST_OF_STEP: f64 = 0.8;
+
 /// How often a step is shortened before there is none.
-const SHORTENINGS: usize = 40;
+const SHORTENINGS: usize = 100;
 
 /// When to stop.
 #[derive(Debug, Clone, PartialEq)]
@@ -222,42 +226,30 @@ impl Flattening {
         total: f64,
     ) -> Option<Value> {
         let start = uv.to_vec();
-        let mut step = self.free_step(uv, boundary, direction);
+        let mut step = (STEP_SHARE * longest_step(&self.triangles, uv, direction)).min(1.0);
         for _ in 0..SHORTENINGS {
             for ((q, p), d) in uv.iter_mut().zip(&start).zip(direction) {
                 *q = [p[0] + step * d[0], p[1] + step * d[1]];
             }
+            if !self.is_injective(uv, boundary) {
+                step *= MOST_OF_STEP;
+                continue;
+            }
             let reached = self.value(uv, boundary);
             let change = reached.total - total;
-            if change <= SUFFICIENT * step * slope && self.is_injective(uv, boundary) {
+            if change <= SUFFICIENT * step * slope {
                 return Some(reached);
             }
             // The minimum of the parabola through what is known.
             let parabola = -0.5 * slope * step * step / (change - slope * step);
             step = if parabola.is_finite() {
-                parabola.clamp(0.1 * step, 0.5 * step)
+                parabola.clamp(LEAST_OF_STEP * step, MOST_OF_STEP * step)
             } else {
-                0.5 * step
+                LEAST_OF_STEP * step
             };
         }
         uv.copy_from_slice(&start);
         None
-    }
-
-    /// The step up to 1 that stays away from the first collapse and the first contact.
-    fn free_step(
-        &self,
-        uv: &[[f64; 2]],
-        boundary: Option<&Boundary>,
-        direction: &[[f64; 2]],
-    ) -> f64 {
-        let step = (STEP_SHARE * longest_step(&self.triangles, uv, direction)).min(1.0);
-        let contact = boundary.map_or(step, |b| b.first_contact(uv, direction, step));
-        if contact < step {
-            STEP_SHARE * contact
-        } else {
-            step
-        }
     }
 }
 
