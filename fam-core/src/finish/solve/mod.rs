@@ -41,10 +41,10 @@ pub(crate) enum SolveError {
     #[error("the boundary of the map to start from is not simple")]
     NotSimple,
     /// No positions of double precision were found at which all triangles are counter-clockwise.
-    #[error("no injective start was found: {triangles} triangles stay collapsed")]
+    #[error("no injective start was found: triangle {triangle} stays collapsed")]
     Collapsed {
-        /// How many are not counter-clockwise in the best start.
-        triangles: usize,
+        /// The first such triangle: it lies on a limb that has to be cut.
+        triangle: usize,
     },
     /// A linear system could not be set up or solved.
     #[error("a sparse system could not be solved")]

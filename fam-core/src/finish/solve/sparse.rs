@@ -117,8 +117,9 @@ impl<const D: usize> SparseSystem<D> {
         let column = D * self.ranks[node as usize];
         for k in 0..D {
             let end = self.starts[column + k + 1];
-            for i in 0..=k {
-                self.values[end - 1 - k + i] += block[i][k];
+            let entries = &mut self.values[end - 1 - k..end];
+            for (entry, row) in entries.iter_mut().zip(block) {
+                *entry += row[k];
             }
         }
     }

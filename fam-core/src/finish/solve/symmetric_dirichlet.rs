@@ -126,13 +126,10 @@ mod tests {
     fn the_decomposition_gives_the_matrix_back() {
         for j in jacobians() {
             let d = Decomposition::of(&j);
-            for i in 0..2 {
-                for k in 0..2 {
-                    let entry: f64 = (0..2)
-                        .map(|m| d.left[m][i] * d.values[m] * d.right[m][k])
-                        .sum();
-                    assert!((entry - j[i][k]).abs() < 1e-14);
-                }
+            for entry in 0..4 {
+                let (i, k) = (entry / 2, entry % 2);
+                let product = |m: usize| d.left[m][i] * d.values[m] * d.right[m][k];
+                assert!((product(0) + product(1) - j[i][k]).abs() < 1e-14);
             }
         }
     }

@@ -13,6 +13,9 @@ use crate::finish::topology::Topology;
 const LEAST_WEIGHT: f64 = 0.05;
 const MOST_WEIGHT: f64 = 5.0;
 
+/// In the place of a node: the vertex is on the circle.
+const NONE: u32 = u32::MAX;
+
 /// The share of the circle that is spread evenly over the edges of the boundary; the rest goes
 /// by their lengths.
 const EVEN_SHARE: f64 = 0.1;
@@ -23,9 +26,8 @@ const ROUNDS: usize = 50;
 /// The share of the energy above which a further round is not worth its time.
 const LEAST_GAIN: f64 = 0.8;
 
-/// Bounds on how much a weight changes in a round.
-const LEAST_CHANGE: f64 = 1e-3;
-const MOST_CHANGE: f64 = 1e3;
+/// The least factor of a weight in a round: smaller scales are lost in rounding.
+const LEAST_CHANGE: f64 = 1e-10;
 
 /// Whether there is a position for every vertex and all triangles are strictly
 /// counter-clockwise, decided exactly.
@@ -38,12 +40,13 @@ pub(crate) fn valid(topology: &Topology, uv: &[[f64; 2]]) -> bool {
 /// circle.
 ///
 /// Limbs shrink exponentially along their length, beyond what double precision can tell apart.
-/// So the links within small triangles are loosened and the system is solved again, until
-/// every triangle has its place.
+/// So the links within small triangles are loosened (as Yoshizawa, Belyaev & Seidel 2004 do to
+/// lessen stretch) and the system is solved again, until every triangle has its place and the
+/// energy hardly decreases.
 ///
 /// # Errors
 /// The rest shapes are not those of the triangles, it is no disk with holes, its outer boundary
-/// has fewer than three edges, or there are triangles that do not unfold.
+/// has fewer than three edges, or a limb is so long that triangles stay collapsed.
 pub(crate) fn embed(topology: &Topology, rest: &RestShapes) -> Result<Vec<[f64; 2]>, SolveError> {
     if rest.len() != topology.triangles().len() {
         return Err(SolveError::LengthMismatch {
@@ -67,9 +70,9 @@ pub(crate) fn embed(topology: &Topology, rest: &RestShapes) -> Result<Vec<[f64; 
             break;
         }
     }
-    match flipped {
-        0 => Ok(best),
-        triangles => Err(SolveError::Collapsed { triangles }),
+    match first_flipped(topology.triangles(), &best) {
+        None => Ok(best),
+        Some(triangle) => Err(SolveError::Collapsed { triangle }),
     }
 }
 
@@ -84,18 +87,16 @@ fn rank(topology: &Topology, rest: &RestShapes, uv: &[[f64; 2]]) -> (usize, f64)
 struct Disk<'a> {
     topology: &'a Topology,
     rest: &'a RestShapes,
-    /// Per vertex its place on the circle, or none in the interior.
+    /// Per vertex its place on the circle, or none in the interior; then the centres of holes.
     circle: Vec<Option<[f64; 2]>>,
-    /// The node of every vertex in the interior, and of the centres of holes after them.
+    /// The node of every vertex in the interior.
     nodes: Vec<u32>,
     system: SparseSystem<1>,
-    /// Half-edges around every hole that is filled.
-    holes: Vec<Vec<u32>>,
+    /// Half-edges around holes, each with the centre of its own.
+    spokes: Vec<(u32, u32)>,
     /// By what the links within every triangle are multiplied.
     tightness: Vec<f64>,
 }
-
-const NONE: u32 = u32::MAX;
 
 impl<'a> Disk<'a> {
     fn new(topology: &'a Topology, rest: &'a RestShapes) -> Result<Self, SolveError> {
@@ -104,20 +105,19 @@ impl<'a> Disk<'a> {
             return Err(SolveError::NotADisk);
         }
         let lengths: Vec<f64> = loops.iter().map(|edges| loop_length(rest, edges)).collect();
-        let outer = (0..loops.len()).fold(
-            0,
-            |best, k| {
-                if lengths[k] > lengths[best] { k } else { best }
-            },
-        );
-        let outer = loops.swap_remove(outer);
+        let longer = |best, k: usize| if lengths[k] > lengths[best] { k } else { best };
+        let outer = loops.swap_remove((0..loops.len()).fold(0, longer));
         if outer.len() < 3 {
             return Err(SolveError::ShortBoundary);
         }
+        let mut circle = on_circle(topology, rest, &outer);
+        let mut spokes = Vec::new();
         // Holes of two edges are closed, those of three are triangles.
-        let holes: Vec<Vec<u32>> = loops.into_iter().filter(|edges| edges.len() > 3).collect();
-        let circle = on_circle(topology, rest, &outer);
-        let mut nodes = vec![NONE; topology.vertices()];
+        for edges in loops.iter().filter(|edges| edges.len() > 3) {
+            spokes.extend(edges.iter().map(|&h| (h, circle.len() as u32)));
+            circle.push(None);
+        }
+        let mut nodes = vec![NONE; circle.len()];
         let mut count = 0;
         for (node, place) in nodes.iter_mut().zip(&circle) {
             if place.is_none() {
@@ -125,74 +125,59 @@ impl<'a> Disk<'a> {
                 count += 1;
             }
         }
-        let mut links = Vec::new();
-        let mut link = |a: u32, b: u32| {
-            if a != NONE && b != NONE {
-                links.push([a, b]);
-            }
-        };
-        for h in topology.edges() {
-            link(
-                nodes[topology.origin(h) as usize],
-                nodes[topology.target(h) as usize],
-            );
-        }
-        for edges in &holes {
-            for &h in edges {
-                link(count, nodes[topology.origin(h) as usize]);
-            }
-            count += 1;
-        }
+        let edges = topology
+            .edges()
+            .map(|h| [topology.origin(h), topology.target(h)]);
+        let links: Vec<[u32; 2]> = edges
+            .chain(
+                spokes
+                    .iter()
+                    .map(|&(h, centre)| [topology.origin(h), centre]),
+            )
+            .map(|ends| ends.map(|v| nodes[v as usize]))
+            .filter(|link| !link.contains(&NONE) && link[0] != link[1])
+            .collect();
         Ok(Self {
             topology,
             rest,
             system: SparseSystem::new(count as usize, &links)?,
             circle,
             nodes,
-            holes,
+            spokes,
             tightness: vec![1.0; topology.triangles().len()],
         })
     }
 
     /// The positions at which every inner vertex is the weighted mean of its neighbours.
     fn solve(&mut self) -> Result<Vec<[f64; 2]>, SolveError> {
-        let inner = self.nodes.iter().filter(|&&node| node != NONE).count();
-        let mut pull = vec![[0.0; 2]; inner + self.holes.len()];
+        let topology = self.topology;
+        let inner = self.circle.iter().filter(|place| place.is_none()).count();
+        let mut pull = vec![[0.0; 2]; inner];
         self.system.clear();
-        for (t, corners) in self.topology.triangles().iter().enumerate() {
+        for (t, corners) in topology.triangles().iter().enumerate() {
             let cotangents = self.rest.half_cotangents(t);
             for c in 0..3 {
-                let weight =
-                    self.tightness[t] * cotangents[(c + 2) % 3].clamp(LEAST_WEIGHT, MOST_WEIGHT);
-                self.link(corners[c], corners[(c + 1) % 3], weight, &mut pull);
+                let weight = cotangents[(c + 2) % 3].clamp(LEAST_WEIGHT, MOST_WEIGHT);
+                let ends = [corners[c], corners[(c + 1) % 3]];
+                self.link(ends, self.tightness[t] * weight, &mut pull);
             }
         }
-        for (k, edges) in std::mem::take(&mut self.holes).into_iter().enumerate() {
-            let centre = (inner + k) as u32;
-            for &h in &edges {
-                let weight = self.tightness[h as usize / 3];
-                let node = self.nodes[self.topology.origin(h) as usize];
-                self.system.add_diagonal(centre, &[[weight]]);
-                if node == NONE {
-                    // A vertex of a hole is never on the outer boundary.
-                    return Err(SolveError::NotADisk);
-                }
-                self.system.add_diagonal(node, &[[weight]]);
-                if let Some(slot) = self.system.slot(centre, node) {
-                    self.system.add(slot, &[[-weight]]);
-                }
-            }
-            self.holes.push(edges);
+        for k in 0..self.spokes.len() {
+            let (h, centre) = self.spokes[k];
+            let ends = [topology.origin(h), centre];
+            self.link(ends, self.tightness[h as usize / 3], &mut pull);
         }
         self.system.factorize()?;
         self.system.solve(&mut pull);
-        Ok(std::iter::zip(&self.circle, &self.nodes)
+        let places = self.circle.iter().zip(&self.nodes);
+        Ok(places
+            .take(topology.vertices())
             .map(|(place, &node)| place.unwrap_or_else(|| pull[node as usize]))
             .collect())
     }
 
     /// Ties two vertices to each other; what is on the circle pulls.
-    fn link(&mut self, a: u32, b: u32, weight: f64, pull: &mut [[f64; 2]]) {
+    fn link(&mut self, [a, b]: [u32; 2], weight: f64, pull: &mut [[f64; 2]]) {
         let (one, other) = (self.nodes[a as usize], self.nodes[b as usize]);
         for (node, beyond) in [(one, b), (other, a)] {
             if node == NONE {
@@ -204,10 +189,11 @@ impl<'a> Disk<'a> {
                 *sum = [sum[0] + weight * x, sum[1] + weight * y];
             }
         }
-        if one != NONE && other != NONE {
-            if let Some(slot) = self.system.slot(one, other) {
-                self.system.add(slot, &[[-weight]]);
-            }
+        if one != NONE
+            && other != NONE
+            && let Some(slot) = self.system.slot(one, other)
+        {
+            self.system.add(slot, &[[-weight]]);
         }
     }
 
@@ -222,7 +208,7 @@ impl<'a> Disk<'a> {
             .collect();
         let mean = scales.iter().sum::<f64>() / scales.len() as f64;
         for (tightness, scale) in self.tightness.iter_mut().zip(scales) {
-            *tightness *= (scale / mean).clamp(LEAST_CHANGE, MOST_CHANGE);
+            *tightness *= (scale / mean).max(LEAST_CHANGE);
         }
     }
 }
