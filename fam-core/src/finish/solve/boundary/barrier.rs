@@ -190,3 +190,145 @@ fn barrier(x: f64) -> [f64; 3] {
         -2.0 * log - 4.0 * off / x + off * off / (x * x),
     ]
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
+    use super::*;
+    use crate::finish::topology::Topology;
+    use crate::surface::shapes;
+
+    const PAIR: Pair = Pair {
+        vertices: [0, 1, 2],
+        scale: 2.0,
+        reach: 0.5,
+    };
+
+    /// An edge along the first axis, turned and moved, and a vertex at (x, y) before that.
+    fn placed(x: f64, y: f64, edge: f64, angle: f64) -> [Point; 3] {
+        let (sin, cos) = angle.sin_cos();
+        [[x, y], [0.0, 0.0], [edge, 0.0]]
+            .map(|[x, y]| [3.0 + cos * x - sin * y, sin * x + cos * y - 1.0])
+    }
+
+    /// Beyond either end of the edge, above and below it.
+    fn random_places() -> Vec<[Point; 3]> {
+        let mut rng = Pcg64Mcg::seed_from_u64(1);
+        let mut place = || {
+            let edge = rng.random_range(0.2..1.5);
+            let x = rng.random_range(-0.3..edge + 0.3);
+            let y = rng.random_range(0.05..0.4) * if rng.random() { 1.0 } else { -1.0 };
+            placed(x, y, edge, rng.random_range(0.0..6.3))
+        };
+        (0..300).map(|_| place()).collect()
+    }
+
+    /// Central differences by all six coordinates.
+    fn differences<const N: usize>(
+        uv: [Point; 3],
+        of: impl Fn(&[Point]) -> [f64; N],
+    ) -> [[f64; N]; 6] {
+        std::array::from_fn(|k| {
+            let at = |h: f64| {
+                let mut uv = uv;
+                uv[k / 2][k % 2] += h;
+                of(&uv)
+            };
+            let (plus, minus) = (at(1e-6), at(-1e-6));
+            std::array::from_fn(|i| (plus[i] - minus[i]) / 2e-6)
+        })
+    }
+
+    #[test]
+    fn energy_has_its_closed_form() {
+        let half = placed(0.4, 0.25, 1.0, 0.7);
+        let expected = 4.0 * 0.25 * 2.0_f64.ln();
+        assert!((PAIR.energy(&half) - expected).abs() < 1e-14);
+        let beyond_the_end = placed(-0.15, 0.2, 1.0, 0.7);
+        assert!((PAIR.energy(&beyond_the_end) - expected).abs() < 1e-14);
+        assert_eq!(PAIR.energy(&placed(0.4, 0.6, 1.0, 0.7)), 0.0);
+        assert_eq!(PAIR.energy(&placed(0.4, 0.0, 1.0, 0.0)), f64::INFINITY);
+    }
+
+    #[test]
+    fn gradient_agrees_with_differences() {
+        for uv in random_places() {
+            let derivatives = PAIR.derivatives(&uv);
+            assert_eq!(derivatives.energy, PAIR.energy(&uv));
+            let expected = differences(uv, |uv| [PAIR.energy(uv)]);
+            for (g, [e]) in derivatives.gradient.iter().zip(expected) {
+                assert!((g - e).abs() < 1e-6 * (1.0 + e.abs()), "{g} {e}");
+            }
+        }
+    }
+
+    /// The second derivatives have one negative eigenvalue (in the plane the distance curves
+    /// one way), and only this is left out: the difference has rank one.
+    #[test]
+    fn hessian_leaves_out_the_negative_curvature_only() {
+        for uv in random_places() {
+            let exact = differences(uv, |uv| PAIR.derivatives(uv).gradient);
+            let projected = PAIR.derivatives(&uv).hessian;
+            let entry = |i: usize, j: usize| projected[i][j] - exact[i][j];
+            let trace: f64 = (0..6).map(|i| entry(i, i)).sum();
+            let squares: f64 = (0..36).map(|k| entry(k / 6, k % 6).powi(2)).sum();
+            let size: f64 = (0..6).map(|i| projected[i][i]).sum();
+            assert!(trace > -1e-6 * size, "{trace}");
+            let off = (trace - squares.sqrt()).abs();
+            assert!(off < 1e-5 * (1.0 + size), "{trace} {squares} {size}");
+        }
+    }
+
+    #[test]
+    fn nothing_jumps_where_the_nearest_point_reaches_an_end_or_the_reach_is_left() {
+        let both = |a: [Point; 3], b: [Point; 3]| {
+            let [a, b] = [a, b].map(|uv| PAIR.derivatives(&uv));
+            assert!((a.energy - b.energy).abs() < 1e-6);
+            for (g, h) in a.gradient.iter().zip(b.gradient) {
+                assert!((g - h).abs() < 1e-5);
+            }
+        };
+        for y in [0.1, 0.2, 0.45] {
+            for end in [0.0, 1.0] {
+                both(
+                    placed(end - 1e-9, y, 1.0, 0.3),
+                    placed(end + 1e-9, y, 1.0, 0.3),
+                );
+            }
+        }
+        both(
+            placed(0.5, 0.5 - 1e-9, 1.0, 2.0),
+            placed(0.5, 0.5 + 1e-9, 1.0, 2.0),
+        );
+    }
+
+    /// The pairs of a crumpled sheet's boundary, from all vertices and all edges.
+    #[test]
+    fn close_pairs_agree_with_brute_force() {
+        let topology = Topology::oriented(&shapes::rectangle(1.0, 1.0, 20, 10)).topology;
+        let mut rng = Pcg64Mcg::seed_from_u64(2);
+        let lengths: Vec<f64> = (0..topology.half_edges())
+            .map(|_| rng.random_range(0.05..2.0))
+            .collect();
+        let boundary = Boundary::new(&topology, |h| lengths[h as usize]);
+        let uv: Vec<Point> = (0..topology.vertices())
+            .map(|_| [0; 2].map(|_| rng.random_range(0.0..1.0)))
+            .collect();
+        for reach in [0.01, 0.1, 0.5] {
+            let count = boundary.vertices.len();
+            let mut expected: Vec<[u32; 3]> = (0..count * count)
+                .filter_map(|k| boundary.pair(k / count, k % count, reach))
+                .filter(|pair| pair.energy(&uv) > 0.0)
+                .map(|pair| pair.vertices)
+                .collect();
+            let pairs = boundary.close_pairs(&uv, reach);
+            let mut found: Vec<[u32; 3]> = pairs.iter().map(|pair| pair.vertices).collect();
+            expected.sort_unstable();
+            found.sort_unstable();
+            assert!(!expected.is_empty());
+            assert_eq!(found, expected);
+        }
+    }
+}

@@ -6,7 +6,6 @@
 
 mod barrier;
 mod candidates;
-mod contact;
 mod plane;
 mod simple;
 mod slits;
@@ -90,6 +89,3 @@ impl Boundary {
         Tree::new(boxes.collect(), &self.loops)
     }
 }
-
-#[cfg(test)]
-mod tests;

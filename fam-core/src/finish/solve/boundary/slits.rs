@@ -134,3 +134,178 @@ fn stuck(topology: &Topology, boundary: &Boundary, uv: &[Point], moves: &[Move])
     stuck.dedup();
     stuck
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
+    use super::*;
+    use crate::finish::topology::{Opened, next};
+    use crate::surface::{TriangleMesh, shapes};
+
+    /// A chart and where its vertices are.
+    struct Chart {
+        topology: Topology,
+        uv: Vec<Point>,
+    }
+
+    impl Chart {
+        fn of(mesh: &TriangleMesh, place: impl Fn([f64; 3]) -> Point) -> Self {
+            let Opened { topology, source } = Topology::oriented(mesh);
+            let place = |&v: &u32| place(mesh.positions()[v as usize]);
+            let uv = source.iter().map(place).collect();
+            Self { topology, uv }
+        }
+
+        fn triangle(&self, t: u32) -> [Point; 3] {
+            self.topology.triangles()[t as usize].map(|v| self.uv[v as usize])
+        }
+
+        fn is_positive(&self) -> bool {
+            (0..self.topology.triangles().len() as u32).all(|t| {
+                let [a, b, c] = self.triangle(t);
+                orientation(a, b, c) > 0.0
+            })
+        }
+
+        fn boundary(&self) -> Boundary {
+            Boundary::new(&self.topology, |h| {
+                let [a, b] = [self.topology.origin(h), self.topology.target(h)];
+                length(minus(self.uv[a as usize], self.uv[b as usize]))
+            })
+        }
+
+        /// Moves every vertex up to `size`, where its triangles stay positive.
+        fn jitter(&mut self, rng: &mut Pcg64Mcg, size: f64) {
+            for h in 0..self.topology.half_edges() {
+                let v = self.topology.origin(h) as usize;
+                let before = self.uv[v];
+                self.uv[v] = before.map(|x| x + rng.random_range(-size..=size));
+                let fan = self.topology.fan(h);
+                let negative = fan.iter().any(|g| {
+                    let [a, b, c] = self.triangle(g / 3);
+                    orientation(a, b, c) <= 1e-4 * size * size
+                });
+                if negative || !self.boundary().is_simple(&self.uv) {
+                    self.uv[v] = before;
+                }
+            }
+        }
+
+        /// The half-edges of a random walk from a random vertex; none that part the chart
+        /// with the rest of them.
+        fn walk(&self, rng: &mut Pcg64Mcg, steps: usize) -> BTreeSet<u32> {
+            let mut cut = BTreeSet::new();
+            let mut h = rng.random_range(0..self.topology.half_edges());
+            for _ in 0..steps {
+                if self.topology.twin(h).is_some() {
+                    cut.insert(h);
+                    if self.topology.open(|h| cut.contains(&h)).topology.pieces().1 > 1 {
+                        cut.remove(&h);
+                    }
+                }
+                let fan = self.topology.fan(next(h));
+                h = fan[rng.random_range(0..fan.len())];
+            }
+            cut
+        }
+
+        /// Cut open, with the sides moved apart.
+        fn cut(&self, cut: &BTreeSet<u32>) -> Result<Self, SlitsStuck> {
+            let Opened { topology, source } = self.topology.open(|h| cut.contains(&h));
+            let uv = source.iter().map(|&v| self.uv[v as usize]).collect();
+            let mut chart = Self { topology, uv };
+            let boundary = chart.boundary();
+            open_slits(&chart.topology, &source, &boundary, &mut chart.uv)?;
+            assert!(boundary.is_simple(&chart.uv));
+            assert!(chart.is_positive());
+            Ok(chart)
+        }
+    }
+
+    fn sheet(cells: u32) -> Chart {
+        let mesh = shapes::rectangle(1.0, 1.0, cells, cells);
+        Chart::of(&mesh, |[x, y, _]| [x, y])
+    }
+
+    fn ring() -> Chart {
+        let mesh = shapes::open_cylinder(1.0, 1.0, 12, 4);
+        let place = |[x, y, z]: [f64; 3]| [(1.0 - 0.9 * z) * x, (1.0 - 0.9 * z) * y];
+        let chart = Chart::of(&mesh, place);
+        match chart.is_positive() {
+            true => chart,
+            false => Chart::of(&mesh, |q| place([q[0], q[1], -q[2]])),
+        }
+    }
+
+    #[test]
+    fn random_cuts_open_one_after_the_other() {
+        let mut rng = Pcg64Mcg::seed_from_u64(1);
+        for round in 0..60 {
+            let mut chart = if round % 3 == 0 { ring() } else { sheet(6) };
+            assert!(chart.is_positive());
+            chart.jitter(&mut rng, 0.15);
+            for steps in [1, 2, 3, 5, 8, 13] {
+                let cut = chart.walk(&mut rng, steps);
+                chart = chart.cut(&cut).unwrap();
+            }
+        }
+    }
+
+    #[test]
+    fn a_cut_may_leave_nothing_but_strips_of_triangles() {
+        let mut rng = Pcg64Mcg::seed_from_u64(2);
+        for _ in 0..20 {
+            let mut chart = sheet(5);
+            chart.jitter(&mut rng, 0.15);
+            let cut = chart.walk(&mut rng, 2000);
+            assert!(cut.len() > 20, "{}", cut.len());
+            chart.cut(&cut).unwrap();
+        }
+    }
+
+    #[test]
+    fn only_the_sides_of_the_slit_move_and_only_a_little() {
+        let chart = sheet(6);
+        let at = |h: u32| chart.uv[chart.topology.origin(h) as usize];
+        let middle = |q: Point| q[1].abs() < 1e-6 && q[0].abs() < 0.4;
+        let cut = chart
+            .topology
+            .edges()
+            .filter(|&h| middle(at(h)) && middle(at(next(h))));
+        let open = chart.cut(&cut.collect()).unwrap();
+        let moved = |q: &&Point| !chart.uv.contains(q);
+        assert_eq!(open.uv.len(), chart.uv.len() + 3);
+        assert_eq!(open.uv.iter().filter(moved).count(), 6);
+        for q in open.uv.iter().filter(moved) {
+            let gap = q[1].abs();
+            assert!(
+                gap > 0.5 * OPENING / 6.0 && gap < 1.5 * OPENING / 6.0,
+                "{gap}"
+            );
+        }
+    }
+
+    /// Without area nothing can be moved into.
+    #[test]
+    fn a_collapsed_layout_is_an_error_and_stays_as_it_was() {
+        let mut chart = sheet(4);
+        for q in &mut chart.uv {
+            q[1] = 0.0;
+        }
+        let cut: BTreeSet<u32> = [30].into();
+        assert!(chart.cut(&cut).is_err());
+        let Opened { topology, source } = chart.topology.open(|h| (28..40).contains(&h));
+        let mut uv: Vec<Point> = source.iter().map(|&v| chart.uv[v as usize]).collect();
+        let before = uv.clone();
+        let boundary = Boundary::new(&topology, |_| 1.0);
+        let result = open_slits(&topology, &source, &boundary, &mut uv);
+        assert_eq!(result, Err(SlitsStuck));
+        assert_eq!(uv, before);
+        uv.fill([f64::NAN; 2]);
+        assert!(open_slits(&topology, &source, &boundary, &mut uv).is_err());
+    }
+}

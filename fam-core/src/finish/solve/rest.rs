@@ -1,0 +1,138 @@
+//! The shape and size that every triangle would have without distortion.
+
+use crate::surface::vector::{cross, dot, length, scale, sub};
+
+/// Heights below this share of the longest edge are raised to it.
+const LEAST_HEIGHT: f64 = 1e-5;
+
+/// Triangles whose longest edge is below this share of the side of a square of unit area
+/// become equilateral, with such an edge.
+const LEAST_EDGE: f64 = 1e-7;
+
+/// Triangles laid flat one by one, at a scale at which a given area is 1.
+///
+/// Every one has a positive area: slivers and collapsed triangles are made as thick as can
+/// still be told from nothing.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct RestShapes {
+    /// Per triangle the gradients of the barycentric coordinates of its corners 1 and 2.
+    gradients: Vec<[[f64; 2]; 2]>,
+    areas: Vec<f64>,
+}
+
+impl RestShapes {
+    /// From the 3D corners of the triangles, which must be finite. `unit` is the area (in
+    /// squared units of the input) that counts as 1: that of all of them if there is none.
+    pub(crate) fn new(corners: &[[[f64; 3]; 3]], unit: Option<f64>) -> Self {
+        let extent = corners
+            .iter()
+            .flat_map(|&[a, b, c]| [sub(b, a), sub(c, a)])
+            .flatten()
+            .fold(0.0, |extent: f64, side| extent.max(side.abs()));
+        let extent = if extent > 0.0 { extent } else { 1.0 };
+        let sides: Vec<Sides> = corners.iter().map(|&c| Sides::of(c, extent)).collect();
+        let total: f64 = sides.iter().map(|s| 0.5 * s.base * s.height).sum();
+        let unit = unit.map_or(total, |unit| unit / extent / extent);
+        let scale = if unit > 0.0 && unit.is_finite() {
+            unit.sqrt().recip()
+        } else {
+            1.0
+        };
+        let (gradients, areas) = sides.iter().map(|s| s.rest(scale)).unzip();
+        Self { gradients, areas }
+    }
+
+    /// The shapes of some of the triangles, in the order of their numbers in `triangles`.
+    pub(crate) fn subset(&self, triangles: &[u32]) -> Self {
+        let chosen = triangles.iter().map(|&t| t as usize);
+        Self {
+            gradients: chosen.clone().map(|t| self.gradients[t]).collect(),
+            areas: chosen.map(|t| self.areas[t]).collect(),
+        }
+    }
+
+    /// How many triangles there are.
+    pub(crate) fn len(&self) -> usize {
+        self.areas.len()
+    }
+
+    /// The area of triangle `t`.
+    pub(crate) fn area(&self, t: usize) -> f64 {
+        self.areas[t]
+    }
+
+    /// The sum of all areas.
+    pub(crate) fn total_area(&self) -> f64 {
+        self.areas.iter().sum()
+    }
+
+    /// The gradients of the barycentric coordinates of the three corners of triangle `t`.
+    pub(crate) fn gradients(&self, t: usize) -> [[f64; 2]; 3] {
+        let [g1, g2] = self.gradients[t];
+        [[-g1[0] - g2[0], -g1[1] - g2[1]], g1, g2]
+    }
+
+    /// The length of the edge of triangle `t` from corner `c` to the next.
+    pub(crate) fn edge_length(&self, t: usize, c: usize) -> f64 {
+        // The gradient of the third corner is orthogonal to the edge, and of length
+        // 1 / height.
+        let [x, y] = self.gradients(t)[(c + 2) % 3];
+        2.0 * self.areas[t] * x.hypot(y)
+    }
+
+    /// Half the cotangents of the angles of triangle `t` at its corners.
+    pub(crate) fn half_cotangents(&self, t: usize) -> [f64; 3] {
+        let g = self.gradients(t);
+        [0, 1, 2].map(|c| {
+            let (one, other) = (g[(c + 1) % 3], g[(c + 2) % 3]);
+            -self.areas[t] * (one[0] * other[0] + one[1] * other[1])
+        })
+    }
+}
+
+/// A triangle over its longest edge.
+struct Sides {
+    /// The corner at which the longest edge begins.
+    first: usize,
+    base: f64,
+    foot: f64,
+    height: f64,
+}
+
+impl Sides {
+    fn of(p: [[f64; 3]; 3], unit: f64) -> Self {
+        let edge = |c: usize| scale(sub(p[(c + 1) % 3], p[c]), unit.recip());
+        let lengths = [0, 1, 2].map(|c| length(edge(c)));
+        let first = (0..3).fold(
+            0,
+            |best, c| if lengths[c] > lengths[best] { c } else { best },
+        );
+        let (base, along) = (lengths[first], edge(first));
+        let across = scale(edge((first + 2) % 3), -1.0);
+        let over = |value: f64| if base > 0.0 { value / base } else { 0.0 };
+        Self {
+            first,
+            base,
+            foot: over(dot(along, across)),
+            height: over(length(cross(along, across))),
+        }
+    }
+
+    /// The gradients of the coordinates of corners 1 and 2, and the area.
+    fn rest(&self, scale: f64) -> ([[f64; 2]; 2], f64) {
+        let (mut base, mut foot, mut height) =
+            (self.base * scale, self.foot * scale, self.height * scale);
+        if base < LEAST_EDGE {
+            base = LEAST_EDGE;
+            foot = 0.5 * base;
+            height = 0.75_f64.sqrt() * base;
+        }
+        height = height.max(LEAST_HEIGHT * base);
+        let end = [base.recip(), -foot / base / height];
+        let apex = [0.0, height.recip()];
+        let start = [-end[0], -end[1] - apex[1]];
+        let mut gradients = [start, end, apex];
+        gradients.rotate_right(self.first);
+        ([gradients[1], gradients[2]], 0.5 * base * height)
+    }
+}
