@@ -1,12 +1,16 @@
 //! Cuts that open a surface to a disk.
 
 use super::super::topology::Topology;
+use super::Cut;
+use super::capped::Capped;
 use super::paths::{CheapestPaths, EdgeGraph};
+use super::straighten::shortened;
 use super::tree_cotree::cut_between;
-use super::{Cut, finite};
 
 /// How many triangles the candidates may have together: more are tried on small surfaces.
 const CANDIDATE_TRIANGLES: usize = 800_000;
+/// How many of them, the cheapest, are straightened.
+const STRAIGHTENED: usize = 2;
 const CANDIDATES: std::ops::RangeInclusive<usize> = 8..=48;
 
 /// A cheap cut that opens a connected surface to a disk and reaches all `terminals`.
@@ -31,7 +35,7 @@ pub fn cut_to_disk(
     );
     base.sort_unstable();
     base.dedup();
-    let graph = EdgeGraph::of(&capped.topology, |_| true);
+    let graph = EdgeGraph::of(&capped.topology);
     if base.len() < 2 && capped.topology.euler_characteristic() == 2 {
         let slit = slit(&capped, &graph, topology.vertices(), base.first().copied());
         return capped.uncapped(topology, &slit);
@@ -48,7 +52,11 @@ pub fn cut_to_disk(
     };
     let mut cuts: Vec<Cut> = Vec::new();
     if !base.is_empty() {
-        cuts.push(candidate(&base));
+        let cut = candidate(&base);
+        if cut.is_empty() {
+            return Cut::none(topology);
+        }
+        cuts.push(cut);
     }
     let count = CANDIDATE_TRIANGLES / topology.triangles().len().max(1);
     let count = count.clamp(*CANDIDATES.start(), *CANDIDATES.end());
@@ -56,8 +64,12 @@ pub fn cut_to_disk(
         let roots: Vec<u32> = base.iter().copied().chain([root]).collect();
         cuts.push(candidate(&roots));
     }
+    cuts.sort_by(|a, b| a.cost(&capped.cost).total_cmp(&b.cost(&capped.cost)));
+    cuts.dedup();
+    cuts.truncate(STRAIGHTENED);
     let best = cuts
         .into_iter()
+        .map(|cut| shortened(&capped, cut, terminals))
         .min_by(|a, b| a.cost(&capped.cost).total_cmp(&b.cost(&capped.cost)));
     match best {
         Some(best) => capped.uncapped(topology, &best),
@@ -82,40 +94,6 @@ fn opened_and_kept(
         open.extend(longest.map(|longest| kept.remove(longest)));
     }
     (open, kept)
-}
-
-/// A surface whose holes are closed. Their rims can be cut for nothing, their caps cannot.
-pub(super) struct Capped {
-    pub(super) topology: Topology,
-    /// Finite.
-    pub(super) cost: Vec<f64>,
-}
-
-impl Capped {
-    pub(super) fn new(topology: &Topology, cost: &[f64], holes: &[Vec<u32>]) -> Self {
-        let capped = topology.capped(holes);
-        let mut cost = cost.to_vec();
-        cost.resize(capped.half_edges() as usize, f64::INFINITY);
-        for &h in holes.iter().flatten() {
-            cost[h as usize] = 0.0;
-            if let Some(twin) = capped.twin(h) {
-                cost[twin as usize] = 0.0;
-            }
-        }
-        Self {
-            topology: capped,
-            cost: finite(&cost),
-        }
-    }
-
-    /// The part of a cut that is on the surface without caps.
-    pub(super) fn uncapped(&self, topology: &Topology, cut: &Cut) -> Cut {
-        let mut part = Cut::none(topology);
-        let half_edges: Vec<u32> = cut.half_edges().collect();
-        let on_surface = half_edges.partition_point(|&h| h < topology.half_edges());
-        part.add(topology, &half_edges[..on_surface]);
-        part
-    }
 }
 
 /// Up to `count` of the first `vertices`, each as far as possible from those before it and
@@ -182,9 +160,8 @@ fn slit(surface: &Capped, graph: &EdgeGraph, vertices: usize, end: Option<u32>) 
 #[cfg(test)]
 mod tests {
     use super::super::segments::{BranchKind, branches};
-    use super::super::test_surfaces::{
-        block, character, cubes, oriented, pierced_plate, random_costs,
-    };
+    use super::super::straighten::character;
+    use super::super::test_surfaces::{block, cubes, oriented, pierced_plate, random_costs};
     use super::*;
     use crate::surface::{Components, TriangleMesh, shapes};
     use rand::{RngExt, SeedableRng};

@@ -7,7 +7,11 @@
 pub mod disk;
 pub mod paths;
 pub mod segments;
+pub mod straighten;
 
+mod branch_points;
+mod capped;
+mod reroute;
 mod tree_cotree;
 
 #[cfg(test)]

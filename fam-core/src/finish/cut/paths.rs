@@ -19,16 +19,19 @@ pub fn cheapest_path(
     sources: &[u32],
     reached: impl Fn(u32) -> bool,
 ) -> Option<Vec<u32>> {
-    let graph = EdgeGraph::of(topology, |_| true);
-    let (paths, end) = CheapestPaths::until(&graph, &finite(cost), sources, reached);
+    let search = Search {
+        graph: &EdgeGraph::of(topology),
+        cost: &finite(cost),
+        limit: f64::INFINITY,
+    };
+    let (paths, end) = search.until(&at(sources), |_, _| true, reached);
     end.map(|end| paths.path_to(end))
 }
 
 /// For every vertex what the cheapest path from the nearest of the `sources` costs; infinite
 /// where there is none without a forbidden edge.
 pub fn distances(topology: &Topology, cost: &[f64], sources: &[u32]) -> Vec<f64> {
-    let graph = EdgeGraph::of(topology, |_| true);
-    CheapestPaths::from(&graph, cost, sources).distance
+    CheapestPaths::from(&EdgeGraph::of(topology), cost, sources).distance
 }
 
 /// The vertices and the edges that lead from one to another.
@@ -44,18 +47,15 @@ struct Step {
 }
 
 impl EdgeGraph {
-    /// Of a surface; only vertices for which `enterable` holds are stepped to.
-    pub(super) fn of(topology: &Topology, enterable: impl Fn(u32) -> bool) -> Self {
+    /// Of a surface.
+    pub(super) fn of(topology: &Topology) -> Self {
         let steps_along = |h: u32| {
             let (a, b) = (topology.origin(h), topology.target(h));
             let back = topology.twin(h).unwrap_or(h);
             let step = |half_edge, from, to| (from, Step { half_edge, to });
             [step(h, a, b), step(back, b, a)]
         };
-        let all = || {
-            let both = topology.edges().flat_map(steps_along);
-            both.filter(|(_, step)| enterable(step.to))
-        };
+        let all = || topology.edges().flat_map(steps_along);
         let mut starts = vec![0; topology.vertices() + 1];
         for (from, _) in all() {
             starts[from as usize + 1] += 1;
@@ -85,53 +85,57 @@ impl EdgeGraph {
     }
 }
 
-/// Cheapest paths from a set of vertices. Of equally cheap ones the first found is kept, in
-/// the order of the vertices' numbers.
-pub(super) struct CheapestPaths {
-    /// For every vertex what the path to it costs; infinite where there is none.
-    pub(super) distance: Vec<f64>,
-    /// For every vertex the last half-edge and the last vertex before.
-    arrival: Vec<[u32; 2]>,
+/// Where paths start.
+#[derive(Clone, Copy)]
+pub(super) enum Start {
+    /// At a vertex.
+    At(u32),
+    /// With a half-edge, which runs to a vertex.
+    Along(u32, u32),
 }
 
-impl CheapestPaths {
-    /// To all vertices.
-    pub(super) fn from(graph: &EdgeGraph, cost: &[f64], sources: &[u32]) -> Self {
-        Self::grow(graph, cost, sources, f64::INFINITY, |_| false).0
-    }
+/// Paths that start at vertices.
+pub(super) fn at(vertices: &[u32]) -> Vec<Start> {
+    vertices.iter().map(|&v| Start::At(v)).collect()
+}
 
-    /// To the vertices within a distance.
-    pub(super) fn within(graph: &EdgeGraph, cost: &[f64], sources: &[u32], limit: f64) -> Self {
-        Self::grow(graph, cost, sources, limit, |_| false).0
-    }
+/// What paths may be made of.
+#[derive(Clone, Copy)]
+pub(super) struct Search<'a> {
+    pub(super) graph: &'a EdgeGraph,
+    /// Of every half-edge; finite.
+    pub(super) cost: &'a [f64],
+    /// Paths that cost more are left out.
+    pub(super) limit: f64,
+}
 
-    /// Until a vertex for which `reached` holds, which is returned as well.
+impl Search<'_> {
+    /// Paths to the vertices in the order of what they cost, until one for which `reached`
+    /// holds, which is returned as well. `enters` says of a half-edge and the vertex that it
+    /// runs to whether paths may take it.
     pub(super) fn until(
-        graph: &EdgeGraph,
-        cost: &[f64],
-        sources: &[u32],
+        &self,
+        starts: &[Start],
+        enters: impl Fn(u32, u32) -> bool,
         reached: impl Fn(u32) -> bool,
-    ) -> (Self, Option<u32>) {
-        Self::grow(graph, cost, sources, f64::INFINITY, reached)
-    }
-
-    fn grow(
-        graph: &EdgeGraph,
-        cost: &[f64],
-        sources: &[u32],
-        limit: f64,
-        reached: impl Fn(u32) -> bool,
-    ) -> (Self, Option<u32>) {
-        let mut paths = Self {
-            distance: vec![f64::INFINITY; graph.vertices()],
-            arrival: vec![[NONE; 2]; graph.vertices()],
+    ) -> (CheapestPaths, Option<u32>) {
+        let mut paths = CheapestPaths {
+            distance: vec![f64::INFINITY; self.graph.vertices()],
+            arrival: vec![[NONE; 2]; self.graph.vertices()],
         };
         // The bits of non-negative numbers are ordered as they are.
         let mut heap = BinaryHeap::new();
-        for &v in sources {
-            if let Some(distance) = paths.distance.get_mut(v as usize) {
-                *distance = 0.0;
-                heap.push(Reverse((0.0_f64.to_bits(), v)));
+        for &start in starts {
+            let (distance, half_edge, v) = match start {
+                Start::At(v) => (0.0, NONE, v),
+                Start::Along(half_edge, v) => (self.cost[half_edge as usize], half_edge, v),
+            };
+            let in_reach = distance <= self.limit && (half_edge == NONE || enters(half_edge, v));
+            let known = paths.distance.get(v as usize);
+            if in_reach && known.is_some_and(|&known| distance < known) {
+                paths.distance[v as usize] = distance;
+                paths.arrival[v as usize] = [half_edge, NONE];
+                heap.push(Reverse((distance.to_bits(), v)));
             }
         }
         while let Some(Reverse((bits, v))) = heap.pop() {
@@ -142,16 +146,35 @@ impl CheapestPaths {
             if reached(v) {
                 return (paths, Some(v));
             }
-            for step in graph.steps(v) {
-                let through = distance + cost[step.half_edge as usize];
-                if through < paths.distance[step.to as usize] && through <= limit {
-                    paths.distance[step.to as usize] = through;
-                    paths.arrival[step.to as usize] = [step.half_edge, v];
-                    heap.push(Reverse((through.to_bits(), step.to)));
+            for &Step { half_edge, to } in self.graph.steps(v) {
+                let through = distance + self.cost[half_edge as usize];
+                let shorter = through < paths.distance[to as usize] && through <= self.limit;
+                if shorter && enters(half_edge, to) {
+                    paths.distance[to as usize] = through;
+                    paths.arrival[to as usize] = [half_edge, v];
+                    heap.push(Reverse((through.to_bits(), to)));
                 }
             }
         }
         (paths, None)
+    }
+}
+
+/// Cheapest paths from a set of vertices or half-edges. Of equally cheap ones the first found
+/// is kept, in the order of the vertices' numbers.
+pub(super) struct CheapestPaths {
+    /// For every vertex what the path to it costs; infinite where there is none.
+    pub(super) distance: Vec<f64>,
+    /// For every vertex the last half-edge and the last vertex before.
+    arrival: Vec<[u32; 2]>,
+}
+
+impl CheapestPaths {
+    /// To all vertices.
+    pub(super) fn from(graph: &EdgeGraph, cost: &[f64], sources: &[u32]) -> Self {
+        let limit = f64::INFINITY;
+        let search = Search { graph, cost, limit };
+        search.until(&at(sources), |_, _| true, |_| false).0
     }
 
     /// The last half-edge of the path to a vertex and the vertex before; none at a source and
@@ -165,7 +188,9 @@ impl CheapestPaths {
     pub(super) fn path_to(&self, v: u32) -> Vec<u32> {
         let mut path = Vec::new();
         let mut at = v;
-        while let Some((half_edge, before)) = self.arrival(at) {
+        while at != NONE
+            && let Some((half_edge, before)) = self.arrival(at)
+        {
             path.push(half_edge);
             at = before;
         }

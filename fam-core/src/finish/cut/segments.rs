@@ -57,7 +57,7 @@ pub fn branches(topology: &Topology, cut: &Cut, pinned: impl Fn(u32) -> bool) ->
         if seen.contains(start) {
             continue;
         }
-        let half_edges = graph.follow(topology, start, &is_node);
+        let half_edges = graph.follow(topology, start, is_node);
         seen.add(topology, &half_edges);
         let mut branch = Branch {
             half_edges,

@@ -4,7 +4,6 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
 use super::super::topology::{Opened, Topology};
-use super::Cut;
 use crate::surface::vector::{length, sub};
 use crate::surface::{Components, TriangleMesh};
 
@@ -21,13 +20,6 @@ pub(super) fn oriented(mesh: &TriangleMesh) -> (Topology, Vec<f64>) {
         })
         .collect();
     (topology, lengths)
-}
-
-/// The pieces, Euler characteristic and boundary loops of a surface that is cut.
-pub(super) fn character(topology: &Topology, cut: &Cut) -> (usize, i64, usize) {
-    let opened = cut.open(topology).topology;
-    let loops = opened.boundary_loops().len();
-    (opened.pieces().1, opened.euler_characteristic(), loops)
 }
 
 /// Costs between 0.1 and 1.
