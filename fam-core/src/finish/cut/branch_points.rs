@@ -1,4 +1,4 @@
-use super::paths::{CheapestPaths, Start};
+use super::paths::Start;
 use super::straighten::Straightening;
 
 /// How much of the branches moves along with the point where they meet, as a fraction of the
@@ -39,23 +39,40 @@ fn start_of<'a>(path: &'a [u32], cost: &[f64], reach: f64) -> &'a [u32] {
 /// nor the rest of the cut.
 fn cheapest_star(state: &Straightening, arms: &[&[u32]]) -> Option<Vec<u32>> {
     let topology = state.topology;
-    let all = arms.concat();
+    let &[first, second, third] = arms else {
+        return None;
+    };
     let mut rest = state.cut.clone();
-    rest.remove(topology, &all);
-    let on_rest = rest.vertices(topology);
-    let free = |v: u32| !on_rest[v as usize] && !state.boundary[v as usize];
-    let search = state.search(all.iter().map(|&h| state.cost[h as usize]).sum());
-    let paths: Vec<CheapestPaths> = arms
-        .iter()
-        .filter_map(|arm| arm.last())
-        .map(|&h| topology.target(h))
-        .map(|end| search.until(&[Start::At(end)], |_, v| free(v), |_| false).0)
-        .collect();
-    let sum = |v: &u32| {
-        let to = paths.iter().map(|paths| paths.distance[*v as usize]);
+    rest.remove(topology, &arms.concat());
+    let mut free: Vec<bool> = rest.vertices(topology).iter().map(|on| !on).collect();
+    for (free, boundary) in free.iter_mut().zip(&state.boundary) {
+        *free &= !boundary;
+    }
+    let end = |arm: &[u32]| arm.last().map(|&h| topology.target(h));
+    let ends = [end(first)?, end(second)?, end(third)?];
+    for v in ends {
+        free[v as usize] = true;
+    }
+    let paths_from = |v: u32, limit: f64| {
+        let search = state.search(limit);
+        search
+            .until(&[Start::At(v)], |_, to| free[to as usize], |_| false)
+            .0
+    };
+    let cost = |arm: &[u32]| arm.iter().map(|&h| state.cost[h as usize]).sum::<f64>();
+    let [a, b, c] = [cost(first), cost(second), cost(third)];
+    // From a better centre the other two ends are at least as far as they are from each other;
+    // were it farther than this from the first, the second or third would be no worse.
+    let from_first = paths_from(ends[0], a + b.max(c));
+    let apart = |i: usize, bound: f64| from_first.distance[ends[i] as usize].min(bound);
+    let from_second = paths_from(ends[1], a + b + c - apart(2, a + c));
+    let from_third = paths_from(ends[2], a + b + c - apart(1, a + b));
+    let paths = [from_first, from_second, from_third];
+    let sum = |v: u32| {
+        let to = paths.iter().map(|paths| paths.distance[v as usize]);
         to.sum::<f64>()
     };
-    let centre = (0..topology.vertices() as u32).min_by(|a, b| sum(a).total_cmp(&sum(b)))?;
+    let centre = (0..topology.vertices() as u32).min_by(|&a, &b| sum(a).total_cmp(&sum(b)))?;
     let star = paths.iter().map(|paths| paths.path_to(centre));
-    sum(&centre).is_finite().then(|| star.flatten().collect())
+    sum(centre).is_finite().then(|| star.flatten().collect())
 }

@@ -3,14 +3,14 @@
 use super::super::topology::Topology;
 use super::Cut;
 use super::capped::Capped;
-use super::paths::{CheapestPaths, EdgeGraph};
+use super::paths::{CheapestPaths, EdgeGraph, cheapest_path};
 use super::straighten::shortened;
 use super::tree_cotree::cut_between;
 
 /// How many triangles the candidates may have together: more are tried on small surfaces.
 const CANDIDATE_TRIANGLES: usize = 800_000;
 /// How many of them, the cheapest, are straightened.
-const STRAIGHTENED: usize = 2;
+const STRAIGHTENED: usize = 3;
 const CANDIDATES: std::ops::RangeInclusive<usize> = 8..=48;
 
 /// A cheap cut that opens a connected surface to a disk and reaches all `terminals`.
@@ -71,10 +71,29 @@ pub fn cut_to_disk(
         .into_iter()
         .map(|cut| shortened(&capped, cut, terminals))
         .min_by(|a, b| a.cost(&capped.cost).total_cmp(&b.cost(&capped.cost)));
-    match best {
-        Some(best) => capped.uncapped(topology, &best),
-        None => Cut::none(topology),
+    let best = best.map(|best| two_edges_at_least(&capped, best));
+    best.map_or(Cut::none(topology), |best| capped.uncapped(topology, &best))
+}
+
+/// Another way between the ends of the only edge that a closed surface is cut along, which
+/// would leave it a boundary of two vertices.
+fn two_edges_at_least(surface: &Capped, cut: Cut) -> Cut {
+    let topology = &surface.topology;
+    let both: Vec<u32> = cut.half_edges().take(3).collect();
+    let closed = (0..topology.half_edges()).all(|h| topology.twin(h).is_some());
+    if both.len() != 2 || !closed {
+        return cut;
     }
+    let mut cost = surface.cost.clone();
+    for &h in &both {
+        cost[h as usize] = f64::INFINITY;
+    }
+    let [start, end] = [topology.origin(both[0]), topology.target(both[0])];
+    let mut longer = Cut::none(topology);
+    if let Some(path) = cheapest_path(topology, &cost, &[start], |v| v == end) {
+        longer.add(topology, &path);
+    }
+    longer
 }
 
 /// The boundary loops that are to be opened and those that stay holes.
@@ -231,7 +250,8 @@ mod tests {
     #[test]
     fn a_sphere_is_slit_along_two_edges() {
         let (sphere, lengths) = oriented(&block());
-        for terminals in [&[][..], &[7]] {
+        let neighbours = [sphere.origin(30), sphere.target(30)];
+        for terminals in [&[][..], &[7], &neighbours] {
             let cut = cut_to_disk(&sphere, &lengths, terminals, |_| false);
             assert_eq!(character(&sphere, &cut), DISK);
             assert_eq!(cut.half_edges().count(), 4);
