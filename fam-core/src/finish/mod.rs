@@ -7,6 +7,7 @@ mod peaks;
 pub mod refine;
 pub mod tears;
 pub(crate) mod solve;
+pub(crate) mod cut;
 pub(crate) mod topology;
 
 /// What finishing is to reach, and what it may cost.

@@ -127,6 +127,26 @@ impl Topology {
         }
     }
 
+    /// With a fan of triangles over each of the boundary loops `holes`, around a vertex of its
+    /// own. What there was keeps its numbers.
+    pub fn capped(&self, holes: &[Vec<u32>]) -> Self {
+        let mut capped = self.clone();
+        for rim in holes {
+            let start = capped.half_edges();
+            let side = |i: usize| start + 3 * (i % rim.len()) as u32;
+            for (i, &h) in rim.iter().enumerate() {
+                let corners = [self.target(h), self.origin(h), capped.vertices as u32];
+                capped.triangles.push(corners);
+                capped.twins[h as usize] = side(i);
+                capped
+                    .twins
+                    .extend([h, side(i + rim.len() - 1) + 2, side(i + 1) + 1]);
+            }
+            capped.vertices += 1;
+        }
+        capped
+    }
+
     /// The triangles by their vertices, counter-clockwise.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
@@ -307,6 +327,20 @@ mod tests {
         };
         for t in 0..sheet.triangles().len() {
             assert_eq!(by_source(&one, t), by_source(&other, t));
+        }
+    }
+
+    #[test]
+    fn a_capped_cylinder_is_a_sphere() {
+        let cylinder = Topology::oriented(&shapes::open_cylinder(1.0, 2.0, 12, 5)).topology;
+        let loops = cylinder.boundary_loops();
+        assert_eq!(cylinder.capped(&loops[..1]).euler_characteristic(), 1);
+        let sphere = cylinder.capped(&loops);
+        assert_eq!(sphere.euler_characteristic(), 2);
+        for h in 0..sphere.half_edges() {
+            let twin = sphere.twin(h).unwrap();
+            assert_eq!(sphere.twin(twin), Some(h));
+            assert_eq!(sphere.origin(h), sphere.target(twin));
         }
     }
 
