@@ -1,0 +1,329 @@
+//! Placed charts in single precision, still without flips and overlaps.
+//!
+//! Rounding moves every point by up to half a step of the grid of `f32` numbers. That turns
+//! over triangles that are about as flat as a step, and makes boundaries cross that are about
+//! as close. Where it does, the points around are pushed apart by a few steps first.
+
+use std::collections::VecDeque;
+
+use robust::{Coord, orient2d};
+
+use crate::metrics::for_each_overlapping_pair;
+use crate::surface::{SurfaceError, UvMap};
+
+use super::{Chart, Packing};
+
+/// Distance of neighbouring `f32` numbers between 1/2 and 1, where it is largest.
+const STEP: f64 = 1.0 / (1 << 24) as f64;
+
+/// A triangle of this height stays positive: rounding moves a corner by less than 0.71 steps,
+/// and so does it the point of the longest side that the height stands on.
+const HEIGHT: f64 = 1.5 * STEP;
+
+/// By how much the height asked for grows each time a triangle is found flat or overlapping.
+const GROWTH: f64 = 0.5 * STEP;
+
+/// Triangles that overlap by more are left alone: rounding does not do that.
+const DEEPEST: f64 = 256.0 * STEP;
+
+/// How often the result is rounded, judged and pushed apart.
+const ROUNDS: u32 = 40;
+
+/// How many triangles are looked at in a round, per triangle of the layout.
+const PUSHES: usize = 50;
+
+/// Charts in single precision.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rounded {
+    /// Per chart its coordinates `[V, 2]` in the unit square.
+    pub uvs: Vec<Vec<[f32; 2]>>,
+    /// Triangles that are counter-clockwise in their chart but not here.
+    pub flipped: usize,
+    /// Pairs of triangles that overlap, of all charts together.
+    pub overlapping: u64,
+}
+
+/// Places charts as packed and rounds them, moving points by a few steps of `f32` so that all
+/// triangles that are counter-clockwise stay so, however thin, and none overlap.
+///
+/// What cannot be repaired is counted; charts that overlap themselves stay so.
+///
+/// # Errors
+/// The packing is one of another number of charts.
+pub fn to_f32(charts: &[Chart<'_>], packing: &Packing) -> Result<Rounded, SurfaceError> {
+    if packing.placements.len() != charts.len() {
+        return Err(SurfaceError::LengthMismatch {
+            attribute: "placements",
+            expected: charts.len(),
+            found: packing.placements.len(),
+        });
+    }
+    let (uvs, flaws) = Repair::new(charts, packing).run()?;
+    let mut rest = &uvs[..];
+    let uvs = charts
+        .iter()
+        .map(|chart| {
+            let (own, others) = rest.split_at(chart.uvs.len());
+            rest = others;
+            own.to_vec()
+        })
+        .collect();
+    Ok(Rounded {
+        uvs,
+        flipped: flaws.flipped.len(),
+        overlapping: flaws.overlapping,
+    })
+}
+
+/// What is wrong with a rounded layout.
+struct Flaws {
+    flipped: Vec<u32>,
+    overlapping: u64,
+    /// The overlapping pairs, as many as there are triangles at most.
+    pairs: Vec<[u32; 2]>,
+}
+
+impl Flaws {
+    fn count(&self) -> u64 {
+        self.flipped.len() as u64 + self.overlapping
+    }
+}
+
+/// All charts' triangles over all their points.
+struct Repair {
+    points: Vec<[f64; 2]>,
+    triangles: Vec<[u32; 3]>,
+    /// For every triangle the height that it is to have; none where it never was positive.
+    heights: Vec<Option<f64>>,
+    /// The triangles around vertex `v` are `around[first[v]..first[v + 1]]`.
+    around: Vec<u32>,
+    first: Vec<usize>,
+}
+
+impl Repair {
+    fn new(charts: &[Chart<'_>], packing: &Packing) -> Self {
+        let mut points = Vec::new();
+        let mut triangles = Vec::new();
+        let mut heights = Vec::new();
+        for (chart, placement) in charts.iter().zip(&packing.placements) {
+            let offset = points.len() as u32;
+            points.extend(chart.uvs.iter().map(|&q| placement.place(q)));
+            triangles.extend(chart.triangles.iter().map(|t| t.map(|v| v + offset)));
+            heights.extend(chart.triangles.iter().map(|t| {
+                let corners = t.map(|v| chart.uvs[v as usize]);
+                is_positive(corners).then_some(HEIGHT)
+            }));
+        }
+        let mut first = vec![0; points.len() + 1];
+        for &v in triangles.iter().flatten() {
+            first[v as usize + 1] += 1;
+        }
+        for v in 0..points.len() {
+            first[v + 1] += first[v];
+        }
+        let mut next = first.clone();
+        let mut around = vec![0; 3 * triangles.len()];
+        for (t, triangle) in triangles.iter().enumerate() {
+            for &v in triangle {
+                around[next[v as usize]] = t as u32;
+                next[v as usize] += 1;
+            }
+        }
+        Self {
+            points,
+            triangles,
+            heights,
+            around,
+            first,
+        }
+    }
+
+    /// The best of the rounded layouts, and what remains wrong with it.
+    fn run(&mut self) -> Result<(Vec<[f32; 2]>, Flaws), SurfaceError> {
+        let mut best = self.rounded()?;
+        let mut last = best.1.pairs.clone();
+        let mut flipped = best.1.flipped.clone();
+        for round in 1..=ROUNDS {
+            if best.1.count() == 0 {
+                break;
+            }
+            let mut queue = VecDeque::new();
+            for &t in &flipped {
+                if let Some(height) = &mut self.heights[t as usize] {
+                    *height += GROWTH;
+                }
+                queue.push_back(t);
+            }
+            let gap = HEIGHT + f64::from(round) * GROWTH;
+            for &pair in &last {
+                self.part(pair, gap, &mut queue);
+            }
+            if queue.is_empty() {
+                break;
+            }
+            self.relax(queue);
+            let found = self.rounded()?;
+            (last, flipped) = (found.1.pairs.clone(), found.1.flipped.clone());
+            if found.1.count() < best.1.count() {
+                best = found;
+            }
+        }
+        Ok(best)
+    }
+
+    fn rounded(&self) -> Result<(Vec<[f32; 2]>, Flaws), SurfaceError> {
+        let uvs = self.points.iter().map(|p| p.map(|c| c as f32)).collect();
+        let uv = UvMap::new(uvs, self.triangles.clone())?;
+        let flipped = (0..self.triangles.len())
+            .filter(|&t| {
+                let corners = uv.corners(t).map(|q| q.map(f64::from));
+                self.heights[t].is_some() && !is_positive(corners)
+            })
+            .map(|t| t as u32)
+            .collect();
+        let mut overlapping = 0;
+        let mut pairs = Vec::new();
+        for_each_overlapping_pair(&uv, |pair| {
+            overlapping += 1;
+            if pairs.len() < self.triangles.len() {
+                pairs.push(pair);
+            }
+        });
+        let flaws = Flaws {
+            flipped,
+            overlapping,
+            pairs,
+        };
+        Ok((uv.uvs().to_vec(), flaws))
+    }
+
+    /// Gives the triangles in the queue their height, and those around them as they give way.
+    fn relax(&mut self, mut queue: VecDeque<u32>) {
+        let mut queued = vec![false; self.triangles.len()];
+        for &t in &queue {
+            queued[t as usize] = true;
+        }
+        let mut left = PUSHES * self.triangles.len();
+        while let Some(t) = queue.pop_front()
+            && left > 0
+        {
+            left -= 1;
+            queued[t as usize] = false;
+            if !self.heighten(t) {
+                continue;
+            }
+            for &v in &self.triangles[t as usize] {
+                let around = &self.around[self.first[v as usize]..self.first[v as usize + 1]];
+                for &other in around {
+                    if !std::mem::replace(&mut queued[other as usize], true) {
+                        queue.push_back(other);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Moves the corners of a triangle that is too flat so that it has its height; returns
+    /// whether it was.
+    ///
+    /// The step is that of Newton's method for one constraint: along the gradient of the
+    /// area, as far as needed.
+    fn heighten(&mut self, t: u32) -> bool {
+        let Some(height) = self.heights[t as usize] else {
+            return false;
+        };
+        let triangle = self.triangles[t as usize];
+        let corners = triangle.map(|v| self.points[v as usize]);
+        let edges = [0, 1, 2].map(|c| difference(corners[(c + 2) % 3], corners[(c + 1) % 3]));
+        let double_area = cross(edges[1], edges[2]);
+        let squares = edges.map(|e| dot(e, e));
+        let longest = squares.iter().copied().fold(0.0, f64::max).sqrt();
+        let missing = height * longest.max(height) - double_area;
+        if missing <= 1e-3 * height * longest.max(height) {
+            return false;
+        }
+        let sum: f64 = squares.iter().sum();
+        for (v, [x, y]) in triangle.into_iter().zip(edges) {
+            // The gradient of twice the area by a corner is the opposite edge, turned left.
+            let push = [-y, x].map(|c| c * missing / sum.max(f64::MIN_POSITIVE));
+            self.push(v, push);
+        }
+        true
+    }
+
+    /// Pushes two triangles apart that overlap a little; those around may have to give way.
+    fn part(&mut self, [a, b]: [u32; 2], gap: f64, queue: &mut VecDeque<u32>) {
+        let [a, b] = [a, b].map(|t| self.triangles[t as usize]);
+        let sides = [(a, b), (b, a)].into_iter().flat_map(|(own, other)| {
+            [0, 1, 2].map(|c| (own, other, [own[c], own[(c + 1) % 3]]))
+        });
+        let deep = |(_, other, edge): &([u32; 3], [u32; 3], [u32; 2])| {
+            let mut deepest = f64::NEG_INFINITY;
+            for v in other {
+                deepest = deepest.max(-self.outside(*edge, *v));
+            }
+            deepest
+        };
+        let Some((own, other, edge)) = sides.min_by(|x, y| deep(x).total_cmp(&deep(y))) else {
+            return;
+        };
+        let depth = deep(&(own, other, edge));
+        if depth.is_nan() || depth > DEEPEST {
+            return;
+        }
+        let normal = self.normal(edge);
+        let missing: Vec<(u32, f64)> = other
+            .into_iter()
+            .filter(|v| !own.contains(v))
+            .map(|v| (v, gap - self.outside(edge, v)))
+            .filter(|(_, missing)| *missing > 0.0)
+            .collect();
+        let most = missing.iter().fold(0.0, |m: f64, (_, d)| m.max(*d));
+        let away = missing.iter().map(|&(v, d)| (v, 0.5 * d));
+        let back = edge.into_iter().filter(|v| !other.contains(v)).map(|v| (v, -0.5 * most));
+        for (v, distance) in away.chain(back).collect::<Vec<_>>() {
+            self.push(v, normal.map(|c| c * distance));
+            queue.extend(&self.around[self.first[v as usize]..self.first[v as usize + 1]]);
+        }
+    }
+
+    /// How far a point lies to the right of an edge, which is outside its triangle.
+    fn outside(&self, edge: [u32; 2], v: u32) -> f64 {
+        let from = self.points[edge[0] as usize];
+        dot(self.normal(edge), difference(self.points[v as usize], from))
+    }
+
+    /// The unit vector to the right of an edge.
+    fn normal(&self, edge: [u32; 2]) -> [f64; 2] {
+        let [a, b] = edge.map(|v| self.points[v as usize]);
+        let [x, y] = difference(b, a);
+        let length = x.hypot(y);
+        [y / length, -x / length]
+    }
+
+    /// Moves a point, by a few steps at most and not out of the square.
+    fn push(&mut self, v: u32, by: [f64; 2]) {
+        let longest = 4.0 * HEIGHT;
+        let factor = (longest / by[0].hypot(by[1])).min(1.0);
+        for (c, by) in self.points[v as usize].iter_mut().zip(by) {
+            *c = (*c + factor * by).clamp(0.0, 1.0);
+        }
+    }
+}
+
+fn is_positive(corners: [[f64; 2]; 3]) -> bool {
+    let [a, b, c] = corners.map(|[x, y]| Coord { x, y });
+    orient2d(a, b, c) > 0.0
+}
+
+fn difference(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [a[0] - b[0], a[1] - b[1]]
+}
+
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
