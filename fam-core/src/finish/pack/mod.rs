@@ -8,6 +8,8 @@ mod hull;
 mod mask;
 mod occupancy;
 mod round;
+#[cfg(test)]
+mod tests;
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -23,6 +25,9 @@ use occupancy::{Occupancy, Shape};
 /// `f32` may move a point, and more.
 const LEAST_BORDER: f64 = 1e-6;
 
+/// Charts that are all smaller are not magnified, which might overflow.
+const LEAST_EXTENT: f64 = 1e-300;
+
 /// Cells along the side of the grid, at least, and per chart in a row of equal charts.
 const CELLS: usize = 512;
 const CELLS_PER_CHART: usize = 24;
@@ -31,8 +36,11 @@ const CELLS_PER_CHART: usize = 24;
 const SLANT_GAIN: f64 = 0.99;
 
 /// The scale is searched to this factor, in at most so many steps.
-const SCALE_ACCURACY: f64 = 1.003;
+const SCALE_ACCURACY: f64 = 1.0025;
 const SCALE_STEPS: usize = 10;
+
+/// By how much more than its free rows tell a scale may grow.
+const SLACK: f64 = 1.02;
 
 /// A flattened piece of surface: coordinates `[V, 2]` in units of length on the surface, and
 /// triangles `[T, 3]` into them.
@@ -149,8 +157,8 @@ fn unit(charts: &[Chart<'_>]) -> f64 {
             (0..2).fold(0.0, |m: f64, k| m.max(0.5 * high[k] - 0.5 * low[k]))
         })
         .fold(0.0, f64::max);
-    if largest > 0.0 {
-        largest.log2().floor().max(-1000.0).exp2()
+    if largest > LEAST_EXTENT {
+        largest.log2().floor().exp2()
     } else {
         1.0
     }
@@ -246,13 +254,19 @@ struct Spot {
 
 /// The scale of a single piece, and its spot in the lower left corner.
 fn alone(piece: &Piece<'_>, border: f64) -> (f64, Vec<Spot>) {
-    let side = piece.square();
-    let scale = if side > 0.0 { (1.0 - 2.0 * border) / side } else { 1.0 };
+    let scale = (1.0 - 2.0 * border) / piece.square();
+    let scale = if scale.is_finite() { scale } else { 1.0 };
     let angle = piece.boxes[piece.boxes.len() - 1].angle;
     let turn = [angle.cos(), -angle.sin()];
     let (_, [low, _]) = piece.oriented(turn, scale);
     let offset = low.map(|c| border - c);
     (scale, vec![Spot { turn, offset }])
+}
+
+/// Spots for all pieces, in cells, and the number of rows that they take up.
+struct Fit {
+    spots: Vec<Spot>,
+    height: usize,
 }
 
 /// The search for the largest scale at which pieces fit.
@@ -286,27 +300,29 @@ impl<'a> Search<'a> {
         let side = self.cells as f64;
         let most = self.most();
         if !most.is_finite() {
-            let spots = self.spots(1.0).unwrap_or_default();
-            return (1.0, self.in_square(spots));
+            let spots = self.fit(1.0).map(|fit| fit.spots);
+            return (1.0, self.in_square(spots.unwrap_or_default()));
         }
         let (mut high, mut low) = (most, 0.75 * most);
         let mut best = loop {
-            match self.spots(low) {
-                Some(spots) => break spots,
+            match self.fit(low) {
+                Some(fit) => break fit,
                 None => (high, low) = (low, 0.85 * low),
             }
         };
         for _ in 0..SCALE_STEPS {
-            if high <= SCALE_ACCURACY * low {
+            // The free rows tell how much denser it can become.
+            let denser = low * SLACK * (side / best.height.max(1) as f64).sqrt();
+            let middle = (low * high.min(denser)).sqrt();
+            if middle <= SCALE_ACCURACY * low {
                 break;
             }
-            let middle = (low * high).sqrt();
-            match self.spots(middle) {
-                Some(spots) => (low, best) = (middle, spots),
+            match self.fit(middle) {
+                Some(fit) => (low, best) = (middle, fit),
                 None => high = middle,
             }
         }
-        (low / side, self.in_square(best))
+        (low / side, self.in_square(best.spots))
     }
 
     /// No larger scale fits, by the area of all pieces and the side of the largest.
@@ -327,7 +343,7 @@ impl<'a> Search<'a> {
     }
 
     /// A spot for every piece at a scale in cells; none if they do not all fit.
-    fn spots(&self, scale: f64) -> Option<Vec<Spot>> {
+    fn fit(&self, scale: f64) -> Option<Fit> {
         let mut occupancy = Occupancy::new(self.cells);
         let nowhere = Spot {
             turn: [1.0, 0.0],
@@ -337,7 +353,10 @@ impl<'a> Search<'a> {
         for &i in &self.order {
             spots[i] = self.lowest_spot(&self.pieces[i], scale, &mut occupancy)?;
         }
-        Some(spots)
+        Some(Fit {
+            spots,
+            height: occupancy.height(),
+        })
     }
 
     /// Places a piece so that its upper end is as low as possible.

@@ -11,6 +11,8 @@ pub struct Occupancy {
     /// Words per row; two more than its cells need, so that a shifted read stays inside.
     stride: usize,
     levels: Vec<Vec<u64>>,
+    /// For every row the length of its longest run of free cells.
+    longest: Vec<usize>,
 }
 
 /// A mask in the form in which it is placed.
@@ -43,6 +45,7 @@ impl Occupancy {
             side,
             stride,
             levels: vec![vec![0; stride * side]; levels],
+            longest: vec![side; side],
         }
     }
 
@@ -53,7 +56,11 @@ impl Occupancy {
         let rows = (top.min(self.side) + 1).checked_sub(height)?;
         let columns = (self.side + 1).checked_sub(width)?;
         let mut free = vec![0; columns.div_ceil(WORD)];
-        (0..rows).find_map(|y| {
+        let wide_enough = |y: &usize| {
+            let mut runs = shape.runs.iter();
+            runs.all(|run| self.longest[y + run.row] >= run.end - run.start)
+        };
+        (0..rows).filter(wide_enough).find_map(|y| {
             free.fill(u64::MAX);
             if columns % WORD > 0 {
                 free[columns / WORD] = (1 << (columns % WORD)) - 1;
@@ -64,6 +71,12 @@ impl Occupancy {
                 .all(|run| self.keep_free(&mut free, y + run.row, run))
                 .then(|| [first_bit(&free), y])
         })
+    }
+
+    /// How many rows there are up to the highest cell that is taken.
+    pub fn height(&self) -> usize {
+        let highest = self.longest.iter().rposition(|&free| free < self.side);
+        highest.map_or(0, |row| row + 1)
     }
 
     /// Takes the cells of a shape.
@@ -80,6 +93,7 @@ impl Occupancy {
     }
 
     fn update(&mut self, row: usize) {
+        self.longest[row] = self.longest_free(row);
         let words = row * self.stride..row * self.stride + self.stride - 1;
         for k in 1..self.levels.len() {
             let (finer, coarser) = self.levels.split_at_mut(k);
@@ -87,7 +101,7 @@ impl Occupancy {
             for i in words.clone() {
                 let shift = 1 << (k - 1);
                 let ahead = match i + shift / WORD {
-                    from if from < words.end => shifted(finer, from, shift % WORD),
+                    from if from < words.end => shifted(finer[from], finer[from + 1], shift % WORD),
                     _ => 0,
                 };
                 coarser[0][i] = finer[i] | ahead;
@@ -95,18 +109,36 @@ impl Occupancy {
         }
     }
 
+    fn longest_free(&self, row: usize) -> usize {
+        let words = &self.levels[0][row * self.stride..];
+        let (mut longest, mut length) = (0, 0);
+        let mut x = 0;
+        while x < self.side {
+            let rest = words[x / WORD] >> (x % WORD);
+            if rest & 1 == 1 {
+                length = 0;
+                x += rest.trailing_ones() as usize;
+            } else {
+                let left = (WORD - x % WORD).min(self.side - x);
+                let free = (rest.trailing_zeros() as usize).min(left);
+                length += free;
+                longest = longest.max(length);
+                x += free;
+            }
+        }
+        longest
+    }
+
     /// Drops the places where a run meets a cell that is taken; returns whether any remain.
     fn keep_free(&self, free: &mut [u64], row: usize, run: &Run) -> bool {
         let level = (run.end - run.start).ilog2() as usize;
-        let taken = &self.levels[level];
-        let base = row * self.stride;
-        let [head, tail] = [run.start, run.end - (1 << level)];
+        let taken = &self.levels[level][row * self.stride..(row + 1) * self.stride];
         let mut any = 0;
-        for (i, word) in free.iter_mut().enumerate() {
-            if *word != 0 {
-                let [head, tail] =
-                    [head, tail].map(|at| shifted(taken, base + i + at / WORD, at % WORD));
-                *word &= !(head | tail);
+        for start in [run.start, run.end - (1 << level)] {
+            any = 0;
+            let ahead = &taken[start / WORD..];
+            for (word, pair) in free.iter_mut().zip(ahead.windows(2)) {
+                *word &= !shifted(pair[0], pair[1], start % WORD);
                 any |= *word;
             }
         }
@@ -114,12 +146,9 @@ impl Occupancy {
     }
 }
 
-/// The 64 bits that start `bits` (fewer than 64) after word `at`.
-fn shifted(words: &[u64], at: usize, bits: usize) -> u64 {
-    match bits {
-        0 => words[at],
-        _ => words[at] >> bits | words[at + 1] << (WORD - bits),
-    }
+/// The 64 bits that start `bits` (fewer than 64) after the first of two words.
+fn shifted(word: u64, next: u64, bits: usize) -> u64 {
+    word >> bits | next << 1 << (WORD - 1 - bits)
 }
 
 fn first_bit(words: &[u64]) -> usize {

@@ -327,3 +327,159 @@ fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
 fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
+    use super::super::pack;
+    use super::*;
+
+    type Flat = (Vec<[f64; 2]>, Vec<[u32; 3]>);
+
+    fn rounded(flats: &[Flat]) -> Rounded {
+        let charts: Vec<Chart> = flats
+            .iter()
+            .map(|(uvs, triangles)| Chart::new(uvs, triangles).unwrap())
+            .collect();
+        let packing = pack(&charts, 4.0, 1024);
+        let rounded = to_f32(&charts, &packing).unwrap();
+        for (chart, (uvs, placement)) in
+            charts.iter().zip(rounded.uvs.iter().zip(&packing.placements))
+        {
+            for (&q, uv) in chart.uvs.iter().zip(uvs) {
+                let place = placement.place(q);
+                let moved = (0..2).fold(0.0, |m: f64, k| m.max((place[k] - f64::from(uv[k])).abs()));
+                assert!(moved < 1e-3 && uv.iter().all(|c| (0.0..=1.0).contains(c)));
+            }
+        }
+        rounded
+    }
+
+    /// What is counted as repaired is judged here once more, chart by chart.
+    fn assert_valid(flats: &[Flat]) {
+        let rounded = rounded(flats);
+        assert_eq!((rounded.flipped, rounded.overlapping), (0, 0));
+        for ((uvs, triangles), rounded) in flats.iter().zip(&rounded.uvs) {
+            for t in triangles {
+                let before = is_positive(t.map(|v| uvs[v as usize]));
+                let after = is_positive(t.map(|v| rounded[v as usize].map(f64::from)));
+                assert!(after || !before);
+            }
+            let uv = UvMap::new(rounded.clone(), triangles.clone()).unwrap();
+            for_each_overlapping_pair(&uv, |pair| panic!("{pair:?} overlap"));
+        }
+    }
+
+    /// A sheet whose rows have the given heights, sheared and turned.
+    fn sheet(heights: &[f64], columns: u32, angle: f64) -> Flat {
+        let (sin, cos) = angle.sin_cos();
+        let mut levels = vec![0.0];
+        for height in heights {
+            levels.push(levels[levels.len() - 1] + height);
+        }
+        let wide = columns + 1;
+        let mut uvs = Vec::new();
+        for (j, y) in levels.iter().enumerate() {
+            for i in 0..wide {
+                let x = f64::from(i) / f64::from(columns) + 0.013 * (j % 3) as f64;
+                uvs.push([cos * x - sin * y, sin * x + cos * y]);
+            }
+        }
+        let cell = |k: u32| {
+            let a = k / columns * wide + k % columns;
+            [[a, a + 1, a + wide + 1], [a, a + wide + 1, a + wide]]
+        };
+        let triangles = (0..columns * heights.len() as u32).flat_map(cell).collect();
+        (uvs, triangles)
+    }
+
+    #[test]
+    fn slivers_stay_positive() {
+        let mut random = Pcg64Mcg::seed_from_u64(17);
+        for exponent in [-4, -6, -7, -8, -10, -12] {
+            let flats: Vec<Flat> = (0..3)
+                .map(|_| {
+                    let heights: Vec<f64> = (0..12)
+                        .map(|_| match random.random_range(0..3) {
+                            0 => 0.1,
+                            _ => 10f64.powi(exponent) * random.random_range(0.1..1.0),
+                        })
+                        .collect();
+                    sheet(&heights, 5, random.random_range(0.0..6.0))
+                })
+                .collect();
+            assert_valid(&flats);
+        }
+    }
+
+    /// Twenty layers between two of some width, all within one step.
+    #[test]
+    fn stacked_slivers_are_spread() {
+        let mut heights = vec![1e-10; 22];
+        (heights[0], heights[21]) = (0.2, 0.2);
+        assert_valid(&[sheet(&heights, 6, 0.7)]);
+    }
+
+    /// Points strewn into the middle of triangles again and again come ever closer.
+    #[test]
+    fn triangles_much_smaller_than_a_step_are_enlarged() {
+        let mut random = Pcg64Mcg::seed_from_u64(23);
+        let (mut uvs, mut triangles) = sheet(&[0.3; 3], 3, 0.2);
+        for _ in 0..30 {
+            let t = triangles.len() - 1 - random.random_range(0..2);
+            let [a, b, c] = triangles[t];
+            let v = uvs.len() as u32;
+            let [p, q, r] = [a, b, c].map(|v| uvs[v as usize]);
+            uvs.push([0, 1].map(|k| 0.25 * p[k] + 0.25 * q[k] + 0.5 * r[k]));
+            triangles[t] = [a, b, v];
+            triangles.push([b, c, v]);
+            triangles.push([c, a, v]);
+        }
+        let flat = triangles.iter().filter(|t| !is_positive(t.map(|v| uvs[v as usize])));
+        assert_eq!(flat.count(), 0);
+        assert_valid(&[(uvs, triangles)]);
+    }
+
+    /// Both sides of a slit have their own points, of which rounding knows nothing.
+    #[test]
+    fn sides_of_a_narrow_slit_do_not_cross() {
+        for (gap, angle) in [(1e-12, 0.3), (1e-9, 1.1), (3e-8, 2.0), (1e-7, 0.9)] {
+            let (sin, cos): (f64, f64) = f64::sin_cos(angle);
+            let side = |count: u32, from: f64, to: f64| {
+                let mut flat = sheet(&[to - from], count, 0.0);
+                for p in &mut flat.0 {
+                    let [x, y] = [p[0].min(1.0), p[1] + from];
+                    *p = [cos * x - sin * y, sin * x + cos * y];
+                }
+                flat
+            };
+            let (mut uvs, mut triangles) = side(37, 0.5 * gap, 0.4);
+            let (below, others) = side(53, -0.4, -0.5 * gap);
+            let offset = uvs.len() as u32;
+            triangles.extend(others.iter().map(|t| t.map(|v| v + offset)));
+            uvs.extend(below);
+            assert_valid(&[(uvs, triangles)]);
+        }
+    }
+
+    #[test]
+    fn what_overlaps_is_counted() {
+        let (mut uvs, mut triangles) = sheet(&[0.5; 2], 2, 0.0);
+        let offset = uvs.len() as u32;
+        uvs.extend(uvs.clone());
+        triangles.extend(triangles.clone().iter().map(|t| t.map(|v| v + offset)));
+        let rounded = rounded(&[(uvs, triangles)]);
+        assert_eq!(rounded.flipped, 0);
+        assert!(rounded.overlapping >= 8);
+    }
+
+    #[test]
+    fn another_number_of_charts_is_refused() {
+        let (uvs, triangles) = sheet(&[1.0], 1, 0.0);
+        let chart = Chart::new(&uvs, &triangles).unwrap();
+        assert!(to_f32(&[chart, chart], &pack(&[chart], 0.0, 64)).is_err());
+        assert_eq!(to_f32(&[], &pack(&[], 0.0, 64)).unwrap().uvs.len(), 0);
+    }
+}
