@@ -30,7 +30,10 @@ const LEAST_EXTENT: f64 = 1e-300;
 
 /// Cells along the side of the grid, at least, and per chart in a row of equal charts.
 const CELLS: usize = 512;
-const CELLS_PER_CHART: usize = 24;
+const CELLS_PER_CHART: usize = 20;
+
+/// So many charts are tried in more than one order.
+const FEW: usize = 256;
 
 /// By how much the square around a chart must shrink for the chart to lie aslant in it.
 const SLANT_GAIN: f64 = 0.99;
@@ -272,8 +275,8 @@ struct Fit {
 /// The search for the largest scale at which pieces fit.
 struct Search<'a> {
     pieces: &'a [Piece<'a>],
-    /// The pieces' numbers, the largest first.
-    order: Vec<usize>,
+    /// In which orders the pieces are placed, the largest first by one measure or another.
+    orders: Vec<Vec<usize>>,
     /// Cells along the side of the square.
     cells: usize,
     /// Space around each piece, in cells.
@@ -284,12 +287,19 @@ impl<'a> Search<'a> {
     fn new(pieces: &'a [Piece<'a>], border: f64) -> Self {
         let per_row = (pieces.len() as f64).sqrt().ceil() as usize;
         let cells = CELLS.max(CELLS_PER_CHART * per_row);
-        let mut order: Vec<usize> = (0..pieces.len()).collect();
-        let length = |i: usize| pieces[i].boxes[0].longer_side();
-        order.sort_by(|&i, &j| length(j).total_cmp(&length(i)));
+        let by = |measure: fn(&EnclosingBox) -> f64| {
+            let measure = |i: usize| measure(&pieces[i].boxes[0]);
+            let mut order: Vec<usize> = (0..pieces.len()).collect();
+            order.sort_by(|&i, &j| measure(j).total_cmp(&measure(i)));
+            order
+        };
+        let mut orders = vec![by(|found| found.size[1])];
+        if pieces.len() <= FEW {
+            orders.push(by(|found| found.size[0] + found.size[1]));
+        }
         Self {
             pieces,
-            order,
+            orders,
             cells,
             reach: border * cells as f64,
         }
@@ -344,13 +354,19 @@ impl<'a> Search<'a> {
 
     /// A spot for every piece at a scale in cells; none if they do not all fit.
     fn fit(&self, scale: f64) -> Option<Fit> {
+        self.orders
+            .iter()
+            .find_map(|order| self.fit_in_order(order, scale))
+    }
+
+    fn fit_in_order(&self, order: &[usize], scale: f64) -> Option<Fit> {
         let mut occupancy = Occupancy::new(self.cells);
         let nowhere = Spot {
             turn: [1.0, 0.0],
             offset: [0.0; 2],
         };
         let mut spots = vec![nowhere; self.pieces.len()];
-        for &i in &self.order {
+        for &i in order {
             spots[i] = self.lowest_spot(&self.pieces[i], scale, &mut occupancy)?;
         }
         Some(Fit {

@@ -422,6 +422,33 @@ mod tests {
         assert_valid(&[sheet(&heights, 6, 0.7)]);
     }
 
+    /// Rows and columns of all widths: slivers, and clusters of triangles within a step.
+    #[test]
+    fn lattices_of_uneven_widths_stay_valid() {
+        let mut random = Pcg64Mcg::seed_from_u64(31);
+        for round in 0..12 {
+            let count = 14;
+            let mut ticks = || {
+                let mut at = 0.0;
+                let widths = (0..count).map(|_| 10f64.powf(random.random_range(-8.0..-0.5)));
+                let ticks = widths.map(|width| {
+                    at += width;
+                    at
+                });
+                ticks.collect::<Vec<f64>>()
+            };
+            let (columns, rows) = (ticks(), ticks());
+            let (sin, cos) = f64::from(round).sin_cos();
+            let uvs = rows.iter().flat_map(|y| columns.iter().map(move |x| (x, y)));
+            let uvs = uvs.map(|(x, y)| [cos * x - sin * y, sin * x + cos * y]).collect();
+            let cells = (0..(count - 1) * (count - 1)).flat_map(|i| {
+                let a = i / (count - 1) * count + i % (count - 1);
+                [[a, a + 1, a + count + 1], [a, a + count + 1, a + count]]
+            });
+            assert_valid(&[(uvs, cells.collect())]);
+        }
+    }
+
     /// Points strewn into the middle of triangles again and again come ever closer.
     #[test]
     fn triangles_much_smaller_than_a_step_are_enlarged() {
