@@ -200,7 +200,9 @@ mod tests {
         assert_eq!(convex_hull(&[]).len(), 0);
         assert_eq!(convex_hull(&[[1.0, 2.0]; 4]), [[1.0, 2.0]]);
         assert_eq!(tightest(&[]), [EnclosingBox::default(); 2]);
-        let line: Vec<[f64; 2]> = (0..9).map(|i| [3.0, 4.0].map(|c| c * f64::from(i))).collect();
+        let line: Vec<[f64; 2]> = (0..9)
+            .map(|i| [3.0, 4.0].map(|c| c * f64::from(i)))
+            .collect();
         let hull = convex_hull(&line);
         assert_eq!(hull, [[0.0, 0.0], [24.0, 32.0]]);
         let [rectangle, square] = tightest(&hull);
@@ -228,7 +230,12 @@ mod tests {
         for count in [3, 4, 5, 8, 30] {
             let stretch: f64 = random.random_range(0.1..1.0);
             let points: Vec<[f64; 2]> = (0..count)
-                .map(|_| [random.random_range(-1.0..1.0), stretch * random.random_range(-1.0..1.0)])
+                .map(|_| {
+                    [
+                        random.random_range(-1.0..1.0),
+                        stretch * random.random_range(-1.0..1.0),
+                    ]
+                })
                 .collect();
             let [rectangle, square] = tightest(&convex_hull(&points));
             for found in [rectangle, square] {

@@ -132,7 +132,9 @@ mod tests {
     fn picture(mask: &Mask) -> Vec<String> {
         let mark = |&cell: &bool| if cell { '#' } else { '.' };
         let rows = mask.cells.chunks_exact(mask.size[0]);
-        rows.rev().map(|row| row.iter().map(mark).collect()).collect()
+        rows.rev()
+            .map(|row| row.iter().map(mark).collect())
+            .collect()
     }
 
     #[test]
@@ -140,9 +142,8 @@ mod tests {
         let triangle = [[0.0, 0.0], [3.9, 0.0], [0.0, 3.9]];
         let mask = Mask::new(&triangle, &[[0, 1, 2]], [3.9, 3.9], 0.0);
         assert_eq!(picture(&mask), ["#...", "##..", "###.", "####"]);
-        assert_eq!(picture(&mask.quarter_turned()), ["####", ".###", "..##", "...#"].map(|row| {
-            row.chars().rev().collect::<String>()
-        }).iter().rev().map(|r| r.chars().rev().collect::<String>()).collect::<Vec<_>>());
+        let turned = mask.quarter_turned();
+        assert_eq!(picture(&turned), ["...#", "..##", ".###", "####"]);
     }
 
     #[test]
@@ -150,7 +151,11 @@ mod tests {
         let points = [[0.0, 0.0], [4.5, 0.0], [2.5, 1.5]];
         let mask = Mask::new(&points, &[], [4.5, 1.5], 0.0);
         assert_eq!(picture(&mask), ["..#..", "#...#"]);
-        let run = |row, start| Run { row, start, end: start + 1 };
+        let run = |row, start| Run {
+            row,
+            start,
+            end: start + 1,
+        };
         assert_eq!(mask.runs(), [run(0, 0), run(0, 4), run(1, 2)]);
     }
 

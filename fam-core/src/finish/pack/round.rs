@@ -26,11 +26,14 @@ const GROWTH: f64 = 0.5 * STEP;
 /// Triangles that overlap by more are left alone: rounding does not do that.
 const DEEPEST: f64 = 256.0 * STEP;
 
-/// How often the result is rounded, judged and pushed apart.
+/// How often, at most, the result is rounded, judged and pushed apart.
 const ROUNDS: u32 = 40;
 
+/// After so many of these without improvement the rest is given up.
+const PATIENCE: u32 = 8;
+
 /// How many triangles are looked at in a round, per triangle of the layout.
-const PUSHES: usize = 50;
+const PUSHES: usize = 20;
 
 /// Charts in single precision.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,7 +61,7 @@ pub fn to_f32(charts: &[Chart<'_>], packing: &Packing) -> Result<Rounded, Surfac
             found: packing.placements.len(),
         });
     }
-    let (uvs, flaws) = Repair::new(charts, packing).run()?;
+    let (uvs, count) = Repair::new(charts, packing).run()?;
     let mut rest = &uvs[..];
     let uvs = charts
         .iter()
@@ -70,8 +73,8 @@ pub fn to_f32(charts: &[Chart<'_>], packing: &Packing) -> Result<Rounded, Surfac
         .collect();
     Ok(Rounded {
         uvs,
-        flipped: flaws.flipped.len(),
-        overlapping: flaws.overlapping,
+        flipped: count.flipped,
+        overlapping: count.overlapping,
     })
 }
 
@@ -83,9 +86,24 @@ struct Flaws {
     pairs: Vec<[u32; 2]>,
 }
 
+#[derive(Clone, Copy)]
+struct FlawCount {
+    flipped: usize,
+    overlapping: u64,
+}
+
 impl Flaws {
-    fn count(&self) -> u64 {
-        self.flipped.len() as u64 + self.overlapping
+    fn count(&self) -> FlawCount {
+        FlawCount {
+            flipped: self.flipped.len(),
+            overlapping: self.overlapping,
+        }
+    }
+}
+
+impl FlawCount {
+    fn all(self) -> u64 {
+        self.flipped as u64 + self.overlapping
     }
 }
 
@@ -138,39 +156,45 @@ impl Repair {
         }
     }
 
-    /// The best of the rounded layouts, and what remains wrong with it.
-    fn run(&mut self) -> Result<(Vec<[f32; 2]>, Flaws), SurfaceError> {
-        let mut best = self.rounded()?;
-        let mut last = best.1.pairs.clone();
-        let mut flipped = best.1.flipped.clone();
+    /// The best of the rounded layouts and its count of flaws.
+    fn run(&mut self) -> Result<(Vec<[f32; 2]>, FlawCount), SurfaceError> {
+        let (uvs, mut flaws) = self.rounded()?;
+        let mut best = (uvs, flaws.count());
+        let mut since = 0;
         for round in 1..=ROUNDS {
-            if best.1.count() == 0 {
-                break;
-            }
-            let mut queue = VecDeque::new();
-            for &t in &flipped {
-                if let Some(height) = &mut self.heights[t as usize] {
-                    *height += GROWTH;
-                }
-                queue.push_back(t);
-            }
-            let gap = HEIGHT + f64::from(round) * GROWTH;
-            for &pair in &last {
-                self.part(pair, gap, &mut queue);
-            }
-            if queue.is_empty() {
+            let queue = self.push_flaws(&flaws, HEIGHT + f64::from(round) * GROWTH);
+            if queue.is_empty() || since == PATIENCE {
                 break;
             }
             self.relax(queue);
-            let found = self.rounded()?;
-            (last, flipped) = (found.1.pairs.clone(), found.1.flipped.clone());
-            if found.1.count() < best.1.count() {
-                best = found;
+            let (uvs, found) = self.rounded()?;
+            flaws = found;
+            since += 1;
+            if flaws.count().all() < best.1.all() {
+                best = (uvs, flaws.count());
+                since = 0;
             }
         }
         Ok(best)
     }
 
+    /// Asks more height of flipped triangles and parts overlapping ones by `gap`; returns the
+    /// triangles that are now to be looked at.
+    fn push_flaws(&mut self, flaws: &Flaws, gap: f64) -> VecDeque<u32> {
+        let mut queue = VecDeque::new();
+        for &t in &flaws.flipped {
+            if let Some(height) = &mut self.heights[t as usize] {
+                *height += GROWTH;
+            }
+            queue.push_back(t);
+        }
+        for &pair in &flaws.pairs {
+            self.part(pair, gap, &mut queue);
+        }
+        queue
+    }
+
+    /// The layout as it is rounded now.
     fn rounded(&self) -> Result<(Vec<[f32; 2]>, Flaws), SurfaceError> {
         let uvs = self.points.iter().map(|p| p.map(|c| c as f32)).collect();
         let uv = UvMap::new(uvs, self.triangles.clone())?;
@@ -254,9 +278,9 @@ impl Repair {
     /// Pushes two triangles apart that overlap a little; those around may have to give way.
     fn part(&mut self, [a, b]: [u32; 2], gap: f64, queue: &mut VecDeque<u32>) {
         let [a, b] = [a, b].map(|t| self.triangles[t as usize]);
-        let sides = [(a, b), (b, a)].into_iter().flat_map(|(own, other)| {
-            [0, 1, 2].map(|c| (own, other, [own[c], own[(c + 1) % 3]]))
-        });
+        let sides = [(a, b), (b, a)]
+            .into_iter()
+            .flat_map(|(own, other)| [0, 1, 2].map(|c| (own, other, [own[c], own[(c + 1) % 3]])));
         let deep = |(_, other, edge): &([u32; 3], [u32; 3], [u32; 2])| {
             let mut deepest = f64::NEG_INFINITY;
             for v in other {
@@ -280,7 +304,10 @@ impl Repair {
             .collect();
         let most = missing.iter().fold(0.0, |m: f64, (_, d)| m.max(*d));
         let away = missing.iter().map(|&(v, d)| (v, 0.5 * d));
-        let back = edge.into_iter().filter(|v| !other.contains(v)).map(|v| (v, -0.5 * most));
+        let back = edge
+            .into_iter()
+            .filter(|v| !other.contains(v))
+            .map(|v| (v, -0.5 * most));
         for (v, distance) in away.chain(back).collect::<Vec<_>>() {
             self.push(v, normal.map(|c| c * distance));
             queue.extend(&self.around[self.first[v as usize]..self.first[v as usize + 1]]);
@@ -345,12 +372,14 @@ mod tests {
             .collect();
         let packing = pack(&charts, 4.0, 1024);
         let rounded = to_f32(&charts, &packing).unwrap();
-        for (chart, (uvs, placement)) in
-            charts.iter().zip(rounded.uvs.iter().zip(&packing.placements))
+        for (chart, (uvs, placement)) in charts
+            .iter()
+            .zip(rounded.uvs.iter().zip(&packing.placements))
         {
             for (&q, uv) in chart.uvs.iter().zip(uvs) {
                 let place = placement.place(q);
-                let moved = (0..2).fold(0.0, |m: f64, k| m.max((place[k] - f64::from(uv[k])).abs()));
+                let moved =
+                    (0..2).fold(0.0, |m: f64, k| m.max((place[k] - f64::from(uv[k])).abs()));
                 assert!(moved < 1e-3 && uv.iter().all(|c| (0.0..=1.0).contains(c)));
             }
         }
@@ -439,8 +468,12 @@ mod tests {
             };
             let (columns, rows) = (ticks(), ticks());
             let (sin, cos) = f64::from(round).sin_cos();
-            let uvs = rows.iter().flat_map(|y| columns.iter().map(move |x| (x, y)));
-            let uvs = uvs.map(|(x, y)| [cos * x - sin * y, sin * x + cos * y]).collect();
+            let uvs = rows
+                .iter()
+                .flat_map(|y| columns.iter().map(move |x| (x, y)));
+            let uvs = uvs
+                .map(|(x, y)| [cos * x - sin * y, sin * x + cos * y])
+                .collect();
             let cells = (0..(count - 1) * (count - 1)).flat_map(|i| {
                 let a = i / (count - 1) * count + i % (count - 1);
                 [[a, a + 1, a + count + 1], [a, a + count + 1, a + count]]
@@ -464,30 +497,63 @@ mod tests {
             triangles.push([b, c, v]);
             triangles.push([c, a, v]);
         }
-        let flat = triangles.iter().filter(|t| !is_positive(t.map(|v| uvs[v as usize])));
+        let flat = triangles
+            .iter()
+            .filter(|t| !is_positive(t.map(|v| uvs[v as usize])));
         assert_eq!(flat.count(), 0);
         assert_valid(&[(uvs, triangles)]);
+    }
+
+    /// Half of a rectangle that an aslant slit divides; `sign` tells which half.
+    fn beside_slit(sign: f64, columns: u32, gap: f64) -> Flat {
+        let (mut uvs, mut triangles) = sheet(&[1.0], columns, 0.0);
+        for (i, p) in uvs.iter_mut().enumerate() {
+            let x = f64::from(i as u32 % (columns + 1)) / f64::from(columns);
+            *p = match p[1] {
+                0.0 => [x, 0.3 * x + sign * 0.5 * gap],
+                _ => [x, 0.15 + sign * 0.4],
+            };
+        }
+        if sign < 0.0 {
+            triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        }
+        (uvs, triangles)
     }
 
     /// Both sides of a slit have their own points, of which rounding knows nothing.
     #[test]
     fn sides_of_a_narrow_slit_do_not_cross() {
-        for (gap, angle) in [(1e-12, 0.3), (1e-9, 1.1), (3e-8, 2.0), (1e-7, 0.9)] {
-            let (sin, cos): (f64, f64) = f64::sin_cos(angle);
-            let side = |count: u32, from: f64, to: f64| {
-                let mut flat = sheet(&[to - from], count, 0.0);
-                for p in &mut flat.0 {
-                    let [x, y] = [p[0].min(1.0), p[1] + from];
-                    *p = [cos * x - sin * y, sin * x + cos * y];
-                }
-                flat
-            };
-            let (mut uvs, mut triangles) = side(37, 0.5 * gap, 0.4);
-            let (below, others) = side(53, -0.4, -0.5 * gap);
+        for gap in [1e-12, 1e-9, 3e-8, 1e-7] {
+            let (mut uvs, mut triangles) = beside_slit(1.0, 37, gap);
+            let (below, others) = beside_slit(-1.0, 53, gap);
             let offset = uvs.len() as u32;
             triangles.extend(others.iter().map(|t| t.map(|v| v + offset)));
             uvs.extend(below);
             assert_valid(&[(uvs, triangles)]);
+        }
+    }
+
+    /// A slit that ends inside: around its end the triangles share a corner.
+    #[test]
+    fn slit_that_ends_inside_stays_open() {
+        for gap in [1e-12, 1e-9, 1e-8] {
+            let rays = 41;
+            let around = (0..=rays).flat_map(|i| {
+                let share = f64::from(i) / f64::from(rays);
+                let angle = 0.4 + gap + share * (std::f64::consts::TAU - 2.0 * gap);
+                let (sin, cos) = angle.sin_cos();
+                (1..8).map(move |k| [cos, sin].map(|c| c * f64::from(k) * (0.1 + 0.02 * share)))
+            });
+            let uvs: Vec<[f64; 2]> = [[0.0; 2]].into_iter().chain(around).collect();
+            let triangles = (0..rays).flat_map(|i| {
+                let [a, b] = [7 * i + 1, 7 * i + 8];
+                let between = (0..6).flat_map(move |k| {
+                    let [a, b] = [a + k, b + k];
+                    [[a, a + 1, b + 1], [a, b + 1, b]]
+                });
+                between.chain([[0, a, b]])
+            });
+            assert_valid(&[(uvs, triangles.collect())]);
         }
     }
 

@@ -89,7 +89,11 @@ fn distance(a: [[f64; 2]; 3], b: [[f64; 2]; 3]) -> f64 {
             .map(|p| {
                 let inside = edges.iter().all(|&[s, e]| double_area([s, e, p]) >= 0.0);
                 let to_edges = edges.iter().map(|&edge| distance_to_segment(p, edge));
-                if inside { 0.0 } else { to_edges.fold(f64::MAX, f64::min) }
+                if inside {
+                    0.0
+                } else {
+                    to_edges.fold(f64::MAX, f64::min)
+                }
             })
             .fold(f64::MAX, f64::min)
     };
@@ -105,7 +109,9 @@ fn charts_keep_their_margin_their_orientation_and_one_scale() {
         let border = 0.5 * margin / texels * (1.0 - 1e-9);
         let corners = |i: usize| {
             let triangles = flats[i].triangles.iter();
-            triangles.map(|t| t.map(|v| places[i][v as usize])).collect::<Vec<_>>()
+            triangles
+                .map(|t| t.map(|v| places[i][v as usize]))
+                .collect::<Vec<_>>()
         };
         let mut area = 0.0;
         for i in 0..flats.len() {
@@ -163,7 +169,11 @@ fn thin_chart_alone_lies_aslant() {
 fn charts_fill_the_bays_of_others() {
     let flats = [Flat::arc(1.0, 0.1, 6.0), Flat::rectangle(1.0, 1.0, 0.0)];
     let (packing, _) = packed(&flats, 4.0, 2048);
-    assert!(packing.placements[0].scale > 0.48, "{:?}", packing.placements);
+    assert!(
+        packing.placements[0].scale > 0.48,
+        "{:?}",
+        packing.placements
+    );
 }
 
 #[test]
