@@ -277,7 +277,7 @@ impl Repair {
 
     /// Pushes two triangles apart that overlap a little; those around may have to give way.
     fn part(&mut self, [a, b]: [u32; 2], gap: f64, queue: &mut VecDeque<u32>) {
-        let [a, b] = [a, b].map(|t| self.triangles[t as usize]);
+        let [a, b] = [a, b].map(|t| self.counter_clockwise(t));
         let sides = [(a, b), (b, a)]
             .into_iter()
             .flat_map(|(own, other)| [0, 1, 2].map(|c| (own, other, [own[c], own[(c + 1) % 3]])));
@@ -311,6 +311,16 @@ impl Repair {
         for (v, distance) in away.chain(back).collect::<Vec<_>>() {
             self.push(v, normal.map(|c| c * distance));
             queue.extend(&self.around[self.first[v as usize]..self.first[v as usize + 1]]);
+        }
+    }
+
+    /// The corners of a triangle, in the other order if it is clockwise.
+    fn counter_clockwise(&self, t: u32) -> [u32; 3] {
+        let [a, b, c] = self.triangles[t as usize];
+        if is_positive([a, b, c].map(|v| self.points[v as usize])) {
+            [a, b, c]
+        } else {
+            [a, c, b]
         }
     }
 
@@ -529,6 +539,8 @@ mod tests {
             let offset = uvs.len() as u32;
             triangles.extend(others.iter().map(|t| t.map(|v| v + offset)));
             uvs.extend(below);
+            let clockwise = triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
+            assert_valid(&[(uvs.clone(), clockwise)]);
             assert_valid(&[(uvs, triangles)]);
         }
     }
