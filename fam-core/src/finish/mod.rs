@@ -8,6 +8,7 @@ pub mod refine;
 pub mod tears;
 pub(crate) mod solve;
 pub(crate) mod cut;
+pub(crate) mod pack;
 pub(crate) mod topology;
 
 /// What finishing is to reach, and what it may cost.
