@@ -1,46 +1,44 @@
 //! A patch cut open and laid out in the plane.
 
-use super::patch::Patch;
+use super::cut::Cut;
 use super::topology::Opened;
 
 /// Where a patch is cut, and a coordinate for every vertex that this gives.
 #[derive(Clone)]
 pub struct Layout {
-    /// Per half-edge, equal on twins.
-    pub cut: Vec<bool>,
+    /// Where it is cut.
+    pub cut: Cut,
     /// The patch, cut.
     pub opened: Opened,
     /// Of every vertex of the cut patch.
     pub uv: Vec<[f64; 2]>,
+    /// Mean symmetric Dirichlet energy at the best scale.
+    pub energy: f64,
 }
 
 impl Layout {
-    /// A layout with these coordinates.
-    pub fn new(patch: &Patch, cut: Vec<bool>, uv: impl FnOnce(&Opened) -> Vec<[f64; 2]>) -> Self {
-        let opened = patch.topology.open(|h| cut[h as usize]);
-        let uv = uv(&opened);
-        Self { cut, opened, uv }
-    }
-
-    /// The same coordinates over another cut: vertices that are split have theirs twice,
-    /// those that become one have the mean of theirs.
-    pub fn recut(&self, patch: &Patch, cut: Vec<bool>) -> Self {
-        Self::new(patch, cut, |opened| {
-            let corners = |opened: &Opened| -> Vec<u32> {
-                opened.topology.triangles().iter().flatten().copied().collect()
-            };
-            let mut pairs: Vec<_> = corners(opened)
-                .into_iter()
-                .zip(corners(&self.opened))
-                .collect();
-            pairs.sort_unstable();
-            pairs.dedup();
-            let mut sums = vec![[0.0; 3]; opened.topology.vertices()];
-            for (new, old) in pairs {
-                let (uv, sum) = (self.uv[old as usize], &mut sums[new as usize]);
-                *sum = [sum[0] + uv[0], sum[1] + uv[1], sum[2] + 1.0];
-            }
-            sums.into_iter().map(|[u, v, n]| [u / n, v / n]).collect()
-        })
+    /// The same coordinates over another cut of the same patch: vertices that are split have
+    /// theirs twice, those that become one have the mean of theirs.
+    pub fn recut(&self, cut: Cut, opened: Opened) -> Self {
+        let corners = |opened: &Opened| -> Vec<u32> {
+            opened.topology.triangles().iter().flatten().copied().collect()
+        };
+        let mut pairs: Vec<_> = corners(&opened)
+            .into_iter()
+            .zip(corners(&self.opened))
+            .collect();
+        pairs.sort_unstable();
+        pairs.dedup();
+        let mut sums = vec![[0.0; 3]; opened.topology.vertices()];
+        for (new, old) in pairs {
+            let (uv, sum) = (self.uv[old as usize], &mut sums[new as usize]);
+            *sum = [sum[0] + uv[0], sum[1] + uv[1], sum[2] + 1.0];
+        }
+        Self {
+            cut,
+            opened,
+            uv: sums.into_iter().map(|[u, v, n]| [u / n, v / n]).collect(),
+            energy: self.energy,
+        }
     }
 }

@@ -4,7 +4,7 @@ pub(crate) mod boundary;
 mod energy;
 mod hessian;
 pub(crate) mod newton;
-mod orientation;
+pub(crate) mod orientation;
 pub(crate) mod rest;
 mod sparse;
 mod symmetric_dirichlet;

@@ -3,12 +3,12 @@
 use robust::{Coord, orient2d};
 
 /// The first triangle that is not strictly counter-clockwise, decided exactly.
-pub(super) fn first_flipped(triangles: &[[u32; 3]], uv: &[[f64; 2]]) -> Option<usize> {
+pub(crate) fn first_flipped(triangles: &[[u32; 3]], uv: &[[f64; 2]]) -> Option<usize> {
     triangles.iter().position(|t| is_flipped(t, uv))
 }
 
 /// How many triangles are not strictly counter-clockwise.
-pub(super) fn count_flipped(triangles: &[[u32; 3]], uv: &[[f64; 2]]) -> usize {
+pub(crate) fn count_flipped(triangles: &[[u32; 3]], uv: &[[f64; 2]]) -> usize {
     triangles.iter().filter(|t| is_flipped(t, uv)).count()
 }
 
@@ -23,7 +23,7 @@ fn is_flipped(triangle: &[u32; 3], uv: &[[f64; 2]]) -> bool {
 
 /// How far all vertices can move in their direction until the first triangle collapses;
 /// infinite if none does.
-pub(super) fn longest_step(triangles: &[[u32; 3]], uv: &[[f64; 2]], direction: &[[f64; 2]]) -> f64 {
+pub(crate) fn longest_step(triangles: &[[u32; 3]], uv: &[[f64; 2]], direction: &[[f64; 2]]) -> f64 {
     triangles
         .iter()
         .map(|t| first_collapse(t.map(|v| uv[v as usize]), t.map(|v| direction[v as usize])))

@@ -1,0 +1,168 @@
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use super::super::cut::Cut;
+use super::super::layout::Layout;
+use super::super::patch::Patch;
+use super::super::solve::SolveError;
+use super::super::solve::boundary::{Boundary, open_slits};
+use super::super::solve::newton::{Flattening, Stop};
+use super::super::solve::orientation::first_flipped;
+use super::super::solve::rest::RestShapes;
+use super::super::solve::tutte;
+
+/// How far to solve.
+#[derive(Clone, Copy)]
+pub struct Effort {
+    /// Most Newton steps.
+    pub iterations: usize,
+    /// The relative decrease of the energy that ends it.
+    pub decrease: f64,
+}
+
+/// A patch that is to be laid out.
+pub struct Problem<'a> {
+    pub patch: &'a Patch,
+    /// What a cut along every half-edge costs.
+    pub cost: Vec<f64>,
+    /// Whether the boundary must not touch itself.
+    pub injective: bool,
+    rest: RestShapes,
+    /// Newton steps so far, each times the triangles it was over.
+    work: AtomicU64,
+}
+
+impl<'a> Problem<'a> {
+    pub fn new(patch: &'a Patch, cost: Vec<f64>) -> Self {
+        let corners: Vec<[[f64; 3]; 3]> = patch
+            .topology
+            .triangles()
+            .iter()
+            .map(|t| t.map(|v| patch.positions[v as usize]))
+            .collect();
+        Self {
+            patch,
+            cost,
+            injective: false,
+            rest: RestShapes::new(&corners, None),
+            work: AtomicU64::new(0),
+        }
+    }
+
+    /// How many Newton steps over the whole patch were taken in all.
+    pub fn steps(&self) -> u64 {
+        let triangles = self.patch.topology.triangles().len().max(1) as u64;
+        self.work.load(Ordering::Relaxed) / triangles
+    }
+
+    /// What the cut of a layout costs.
+    pub fn cost_of(&self, layout: &Layout) -> f64 {
+        layout.cut.cost(&self.cost)
+    }
+
+    pub fn boundary(&self, layout: &Layout) -> Boundary {
+        let lengths = &self.patch.lengths;
+        Boundary::new(&layout.opened.topology, |h| lengths[h as usize])
+    }
+
+    /// Whether all triangles are positive and, where it must, the boundary is simple.
+    pub fn is_valid(&self, layout: &Layout) -> bool {
+        first_flipped(layout.opened.topology.triangles(), &layout.uv).is_none()
+            && (!self.injective || self.boundary(layout).is_simple(&layout.uv))
+    }
+
+    /// The patch cut open and flattened from Tutte's embedding.
+    pub fn flattened(&self, cut: Cut, effort: Effort) -> Result<Layout, SolveError> {
+        let opened = cut.open(&self.patch.topology);
+        let mut layout = Layout {
+            uv: tutte::embed(&opened.topology, &self.rest)?,
+            cut,
+            opened,
+            energy: f64::INFINITY,
+        };
+        self.relax(&mut layout, effort)?;
+        Ok(layout)
+    }
+
+    /// A layout with other cuts, where it was.
+    pub fn recut(&self, layout: &Layout, cut: Cut) -> Layout {
+        let opened = cut.open(&self.patch.topology);
+        layout.recut(cut, opened)
+    }
+
+    /// A layout cut further along half-edges, opened there, and relaxed.
+    pub fn extended(&self, layout: &Layout, path: &[u32], effort: Effort) -> Option<Layout> {
+        let mut cut = layout.cut.clone();
+        cut.add(&self.patch.topology, path);
+        let mut layout = self.recut(layout, cut);
+        if self.injective {
+            let boundary = self.boundary(&layout);
+            let opened = &layout.opened;
+            open_slits(&opened.topology, &opened.source, &boundary, &mut layout.uv).ok()?;
+        }
+        self.relax(&mut layout, effort).ok()?;
+        Some(layout)
+    }
+
+    /// Decreases the energy of a layout.
+    pub fn relax(&self, layout: &mut Layout, effort: Effort) -> Result<(), SolveError> {
+        let triangles = layout.opened.topology.triangles();
+        let mut flattening = Flattening::new(triangles, self.rest.clone(), &[])?;
+        let boundary = self.injective.then(|| self.boundary(layout));
+        let stop = Stop {
+            iterations: effort.iterations,
+            relative_decrease: effort.decrease,
+            energy_bound: None,
+        };
+        let solved = flattening.minimize(&mut layout.uv, boundary.as_ref(), &stop)?;
+        layout.energy = solved.energy;
+        self.count(solved.iterations, triangles.len());
+        Ok(())
+    }
+
+    /// Decreases the energy of a layout by moving the vertices that are `near` (of the patch)
+    /// and not `held` (of the layout).
+    pub fn relax_near(
+        &self,
+        layout: &mut Layout,
+        near: &[bool],
+        held: &[bool],
+        effort: Effort,
+    ) -> Result<(), SolveError> {
+        let boundary = self.injective.then(|| self.boundary(layout));
+        let opened = &layout.opened;
+        let near: Vec<bool> = opened.source.iter().map(|&v| near[v as usize]).collect();
+        let all = opened.topology.triangles();
+        let chosen: Vec<u32> = (0..all.len() as u32)
+            .filter(|&t| all[t as usize].iter().any(|&v| near[v as usize]))
+            .collect();
+        let is_held = |v: usize| held.get(v).is_some_and(|&held| held);
+        let fixed: Vec<bool> = (0..near.len()).map(|v| !near[v] || is_held(v)).collect();
+        let triangles: Vec<[u32; 3]> = chosen.iter().map(|&t| all[t as usize]).collect();
+        let rest = self.rest.subset(&chosen);
+        let mut flattening = Flattening::new(&triangles, rest, &fixed)?;
+        let stop = Stop {
+            iterations: effort.iterations,
+            relative_decrease: effort.decrease,
+            energy_bound: None,
+        };
+        let solved = flattening.minimize(&mut layout.uv, boundary.as_ref(), &stop)?;
+        self.count(solved.iterations, triangles.len());
+        Ok(())
+    }
+
+    fn count(&self, iterations: usize, triangles: usize) {
+        let work = iterations as u64 * triangles as u64;
+        self.work.fetch_add(work, Ordering::Relaxed);
+    }
+
+    /// For every triangle its energy above that of an isometry, times its area.
+    pub fn excess(&self, layout: &Layout) -> Vec<f64> {
+        let triangles = layout.opened.topology.triangles();
+        (0..triangles.len())
+            .map(|t| {
+                let corners = triangles[t].map(|v| layout.uv[v as usize]);
+                (self.rest.energy(t, corners) - 4.0 * self.rest.area(t)).max(0.0)
+            })
+            .collect()
+    }
+}
