@@ -221,3 +221,104 @@ fn sides([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
 fn times(j: &Jacobian, x: [f64; 2]) -> [f64; 2] {
     [0, 1].map(|i| j[i][0] * x[0] + j[i][1] * x[1])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::finish::solve::energy::Integrals;
+    use crate::surface::shapes;
+    use rand::{RngExt, SeedableRng};
+
+    /// A sheet whose inner vertices are moved a little.
+    struct Sheet {
+        triangles: Vec<[u32; 3]>,
+        rest: RestShapes,
+        uv: Vec<[f64; 2]>,
+    }
+
+    impl Sheet {
+        fn new(noise: f64) -> Self {
+            let sheet = shapes::rectangle(1.0, 1.0, 5, 4);
+            let corners: Vec<_> = (0..sheet.triangles().len())
+                .map(|t| sheet.corners(t))
+                .collect();
+            let mut random = rand_pcg::Pcg64::seed_from_u64(2);
+            let mut moved = |x: f64| x + random.random_range(-noise..noise);
+            Self {
+                triangles: sheet.triangles().to_vec(),
+                rest: RestShapes::new(&corners, None),
+                uv: sheet
+                    .positions()
+                    .iter()
+                    .map(|p| [moved(p[0]), moved(p[1])])
+                    .collect(),
+            }
+        }
+
+        fn hessian(&self) -> Hessian {
+            let mut hessian = Hessian::new(&self.triangles, self.uv.len(), |v| v != 3).unwrap();
+            hessian.assemble(&self.triangles, &self.rest, &self.uv);
+            hessian
+        }
+
+        fn energy(&self) -> f64 {
+            Integrals::of(&self.triangles, &self.rest, &self.uv).energy()
+        }
+    }
+
+    #[test]
+    fn the_gradient_is_that_of_finite_differences() {
+        let mut sheet = Sheet::new(0.05);
+        let hessian = sheet.hessian();
+        let h = 1e-6;
+        for (&v, gradient) in hessian.free.iter().zip(&hessian.gradient) {
+            for (k, expected) in gradient.iter().enumerate() {
+                let at = sheet.uv[v as usize][k];
+                let [ahead, behind] = [h, -h].map(|step| {
+                    sheet.uv[v as usize][k] = at + step;
+                    sheet.energy()
+                });
+                sheet.uv[v as usize][k] = at;
+                let difference = (ahead - behind) / (2.0 * h);
+                assert!((difference - expected).abs() < 1e-6 * (1.0 + expected.abs()));
+            }
+        }
+    }
+
+    /// Where no triangle is compressed in both directions nothing is projected: along Newton's
+    /// direction the gradient changes by what it is.
+    #[test]
+    fn the_direction_takes_the_gradient_away() {
+        let mut sheet = Sheet::new(0.005);
+        for c in sheet.uv.iter_mut().flatten() {
+            *c *= 1.2;
+        }
+        let mut hessian = sheet.hessian();
+        let gradient = hessian.gradient.clone();
+        let (direction, slope) = hessian.direction().unwrap();
+        assert!(slope < 0.0);
+        assert_eq!(direction[3], [0.0; 2]);
+        let start = sheet.uv.clone();
+        let mut gradient_at = |step: f64| {
+            for ((q, p), d) in sheet.uv.iter_mut().zip(&start).zip(&direction) {
+                *q = [p[0] + step * d[0], p[1] + step * d[1]];
+            }
+            sheet.hessian().gradient
+        };
+        let h = 1e-5;
+        let (ahead, behind) = (gradient_at(h), gradient_at(-h));
+        for (k, expected) in gradient.iter().enumerate() {
+            for i in 0..2 {
+                let change = (ahead[k][i] - behind[k][i]) / (2.0 * h);
+                assert!((change + expected[i]).abs() < 1e-5 * (1.0 + expected[i].abs()));
+            }
+        }
+    }
+
+    #[test]
+    fn values_that_are_no_numbers_are_an_error() {
+        let mut sheet = Sheet::new(0.01);
+        sheet.uv[7] = [f64::NAN, 0.0];
+        assert_eq!(sheet.hessian().direction(), Err(SolveError::Singular));
+    }
+}

@@ -136,3 +136,72 @@ impl Sides {
         ([gradients[1], gradients[2]], 0.5 * base * height)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RIGHT: [[f64; 3]; 3] = [[1.0, 2.0, 3.0], [1.0, 2.0, 7.0], [1.0, 5.0, 3.0]];
+
+    fn close(a: f64, b: f64) -> bool {
+        (a - b).abs() < 1e-12 * (1.0 + b.abs())
+    }
+
+    #[test]
+    fn lengths_areas_and_angles_are_those_in_space() {
+        for turn in 0..3 {
+            let mut corners = RIGHT;
+            corners.rotate_left(turn);
+            let rest = RestShapes::new(&[corners], Some(1.0));
+            assert!(close(rest.area(0), 6.0));
+            for c in 0..3 {
+                let of = (c + turn) % 3;
+                assert!(close(rest.edge_length(0, c), [4.0, 5.0, 3.0][of]));
+                let expected = 0.5 * [0.0, 4.0 / 3.0, 0.75][of];
+                assert!(close(rest.half_cotangents(0)[c], expected));
+            }
+            let sum: [f64; 2] = [0, 1].map(|k| rest.gradients(0).iter().map(|g| g[k]).sum());
+            assert!(sum[0].abs() < 1e-15 && sum[1].abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn the_unit_is_the_whole_or_a_given_area() {
+        let two = [RIGHT, RIGHT.map(|p| p.map(|x| 2.0 * x))];
+        let whole = RestShapes::new(&two, None);
+        assert!(close(whole.total_area(), 1.0));
+        assert!(close(whole.area(0), 0.2));
+        let part = RestShapes::new(&two, Some(60.0));
+        assert!(close(part.total_area(), 0.5));
+        assert_eq!(part.subset(&[1, 0, 1]).len(), 3);
+        assert!(close(part.subset(&[1]).total_area(), 0.4));
+    }
+
+    #[test]
+    fn every_triangle_has_a_positive_area_at_any_magnitude() {
+        let shapes = [
+            RIGHT,
+            [RIGHT[0]; 3],
+            [RIGHT[0], RIGHT[0], RIGHT[1]],
+            [RIGHT[0], RIGHT[1], [1.0, 2.0, 4.0]],
+            [RIGHT[0], RIGHT[1], [1.0, 2.0 + 1e-12, 4.0]],
+        ];
+        for magnitude in [1e-30, 1.0, 1e30, 1e150] {
+            let corners: Vec<_> = shapes
+                .iter()
+                .map(|t| t.map(|p| p.map(|x| magnitude * x)))
+                .collect();
+            let rest = RestShapes::new(&corners, None);
+            for t in 0..rest.len() {
+                let lengths = [0, 1, 2].map(|c| rest.edge_length(t, c));
+                let longest = lengths.iter().fold(0.0, |m: f64, l| m.max(*l));
+                assert!(longest > 0.99 * LEAST_EDGE && longest.is_finite());
+                let height = 2.0 * rest.area(t) / longest;
+                assert!(height > 0.99 * LEAST_HEIGHT * longest, "{magnitude} {t}");
+            }
+        }
+        let nothing = RestShapes::new(&[[[5.0; 3]; 3]], None);
+        assert!(nothing.area(0) > 0.0);
+        assert_eq!(RestShapes::new(&[], None).len(), 0);
+    }
+}

@@ -1,4 +1,4 @@
-use super::boundary::Boundary;
+use super::boundary::{Boundary, open_slits};
 use super::newton::{Flattening, Outcome, Solved, Stop};
 use super::rest::RestShapes;
 use super::{SolveError, tutte};
@@ -370,4 +370,36 @@ fn what_cannot_be_flattened_is_an_error() {
         Err(SolveError::Flipped { triangle: 0 })
     );
     assert!(flattening.minimize(&mut nothing[1..], None, &STOP).is_err());
+}
+
+/// A solved cap is cut from its boundary to its middle; the solver goes on from there.
+#[test]
+fn a_longer_cut_lowers_the_energy_from_where_the_map_was() {
+    let chart = cap(12);
+    let (uv, before) = chart.flatten();
+    let topology = &chart.topology;
+    let mut heights = vec![[0.0; 3]; topology.vertices()];
+    for (t, corners) in topology.triangles().iter().zip(&chart.corners) {
+        for (&v, corner) in t.iter().zip(corners) {
+            heights[v as usize] = *corner;
+        }
+    }
+    let on_path = |v: u32| heights[v as usize][1].abs() < 1e-9 && heights[v as usize][0] > -1e-9;
+    let longer = topology.open(|h| on_path(topology.origin(h)) && on_path(topology.target(h)));
+    assert_eq!(longer.topology.vertices(), topology.vertices() + 6);
+    let rest = chart.rest();
+    let boundary = Boundary::new(&longer.topology, |h| {
+        rest.edge_length(h as usize / 3, h as usize % 3)
+    });
+    let mut uv: Vec<[f64; 2]> = longer.source.iter().map(|&v| uv[v as usize]).collect();
+    open_slits(&longer.topology, &longer.source, &boundary, &mut uv).unwrap();
+    let mut flattening = Flattening::new(longer.topology.triangles(), rest, &[]).unwrap();
+    let after = flattening
+        .minimize(&mut uv, Some(&boundary), &STOP)
+        .unwrap();
+    assert!(tutte::valid(&longer.topology, &uv) && boundary.is_simple(&uv));
+    assert!(
+        after.energy - 4.0 < 0.7 * (before.energy - 4.0),
+        "{before:?} {after:?}"
+    );
 }
