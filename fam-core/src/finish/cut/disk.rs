@@ -40,30 +40,7 @@ pub fn cut_to_disk(
         let slit = slit(&capped, &graph, topology.vertices(), base.first().copied());
         return capped.uncapped(topology, &slit);
     }
-    let mut keeps = vec![false; capped.topology.vertices()];
-    for &v in terminals {
-        if let Some(keeps) = keeps.get_mut(v as usize) {
-            *keeps = true;
-        }
-    }
-    let candidate = |roots: &[u32]| {
-        cut_between(&capped.topology, &graph, &capped.cost, roots)
-            .pruned(&capped.topology, |v| keeps[v as usize])
-    };
-    let mut cuts: Vec<Cut> = Vec::new();
-    if !base.is_empty() {
-        let cut = candidate(&base);
-        if cut.is_empty() {
-            return Cut::none(topology);
-        }
-        cuts.push(cut);
-    }
-    let count = CANDIDATE_TRIANGLES / topology.triangles().len().max(1);
-    let count = count.clamp(*CANDIDATES.start(), *CANDIDATES.end());
-    for root in spread(&capped, &graph, topology.vertices(), &base, count) {
-        let roots: Vec<u32> = base.iter().copied().chain([root]).collect();
-        cuts.push(candidate(&roots));
-    }
+    let mut cuts = candidates(&capped, &graph, topology.vertices(), &base, terminals);
     cuts.sort_by(|a, b| a.cost(&capped.cost).total_cmp(&b.cost(&capped.cost)));
     cuts.dedup();
     cuts.truncate(STRAIGHTENED);
@@ -73,6 +50,41 @@ pub fn cut_to_disk(
         .min_by(|a, b| a.cost(&capped.cost).total_cmp(&b.cost(&capped.cost)));
     let best = best.map(|best| two_edges_at_least(&capped, best));
     best.map_or(Cut::none(topology), |best| capped.uncapped(topology, &best))
+}
+
+/// Cuts between the vertices of `base`, which has the terminals among it, and one more of the
+/// first `vertices`, if there is anything to cut.
+fn candidates(
+    surface: &Capped,
+    graph: &EdgeGraph,
+    vertices: usize,
+    base: &[u32],
+    terminals: &[u32],
+) -> Vec<Cut> {
+    let topology = &surface.topology;
+    let mut keeps = vec![false; topology.vertices()];
+    for &v in terminals {
+        if let Some(keeps) = keeps.get_mut(v as usize) {
+            *keeps = true;
+        }
+    }
+    let between = |roots: &[u32]| {
+        let cut = cut_between(topology, graph, &surface.cost, roots);
+        cut.pruned(topology, |v| keeps[v as usize])
+    };
+    let mut cuts = Vec::new();
+    if !base.is_empty() {
+        cuts.push(between(base));
+        if cuts[0].is_empty() {
+            return cuts;
+        }
+    }
+    let count = CANDIDATE_TRIANGLES / topology.triangles().len().max(1);
+    let count = count.clamp(*CANDIDATES.start(), *CANDIDATES.end());
+    for root in spread(surface, graph, vertices, base, count) {
+        cuts.push(between(&[base, &[root]].concat()));
+    }
+    cuts
 }
 
 /// Another way between the ends of the only edge that a closed surface is cut along, which
