@@ -5,6 +5,7 @@ use super::super::layout::Layout;
 use super::super::patch::Patch;
 use super::super::solve::SolveError;
 use super::super::solve::boundary::{Boundary, open_slits};
+use super::super::solve::energy::energy_of;
 use super::super::solve::newton::{Flattening, Stop};
 use super::super::solve::orientation::first_flipped;
 use super::super::solve::rest::RestShapes;
@@ -161,7 +162,7 @@ impl<'a> Problem<'a> {
         (0..triangles.len())
             .map(|t| {
                 let corners = triangles[t].map(|v| layout.uv[v as usize]);
-                (self.rest.energy(t, corners) - 4.0 * self.rest.area(t)).max(0.0)
+                (energy_of(&self.rest, t, corners) - 4.0 * self.rest.area(t)).max(0.0)
             })
             .collect()
     }

@@ -56,3 +56,15 @@ pub(super) fn jacobian(rest: &RestShapes, t: usize, [a, b, c]: [[f64; 2]; 3]) ->
         [0, 1].map(|k| e1 * g1[k] + e2 * g2[k])
     })
 }
+
+/// The energy of triangle `t` mapped to given corners, times its area; infinite where it is
+/// flipped or collapsed.
+pub(crate) fn energy_of(rest: &RestShapes, t: usize, corners: [[f64; 2]; 3]) -> f64 {
+    let jacobian = jacobian(rest, t, corners);
+    let determinant = determinant(&jacobian);
+    if determinant > 0.0 {
+        rest.area(t) * squared_norm(&jacobian) * (1.0 + 1.0 / (determinant * determinant))
+    } else {
+        f64::INFINITY
+    }
+}

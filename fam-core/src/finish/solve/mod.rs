@@ -1,7 +1,7 @@
 //! Flattening of a chart: an injective start, then as little distortion as its boundary allows.
 
 pub(crate) mod boundary;
-mod energy;
+pub(crate) mod energy;
 mod hessian;
 pub(crate) mod newton;
 pub(crate) mod orientation;
