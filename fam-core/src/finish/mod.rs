@@ -1,5 +1,6 @@
 //! From a raw map to UVs that an artist can use.
 
+pub(crate) mod cloud;
 pub(crate) mod topology;
 
 /// What finishing is to reach, and what it may cost.
