@@ -33,8 +33,10 @@ fn hole(patchwork: &Patchwork, start: u32, second: u32) -> Option<Vec<u32>> {
     None
 }
 
-/// Cuts the smallest ears off a polygon as long as they fit.
+/// Cuts the smallest ears that fit off a polygon, until nothing is left of it; if that cannot
+/// be, it stays as it is.
 fn fill(patchwork: &mut Patchwork, mut around: Vec<u32>) {
+    let before = patchwork.triangles().len();
     while around.len() >= 3 {
         let n = around.len();
         let ear = |i: usize| [around[(i + n - 1) % n], around[i], around[(i + 1) % n]];
@@ -47,7 +49,7 @@ fn fill(patchwork: &mut Patchwork, mut around: Vec<u32>) {
         match cut {
             Some(_) if n == 3 => return,
             Some(i) => around.remove(i),
-            None => return,
+            None => return patchwork.truncate(before),
         };
     }
 }

@@ -127,15 +127,14 @@ impl<'a> Neighborhood<'a> {
         spacings[spacings.len() / 2]
     }
 
-    /// A low quantile, as some of the nearest may be across a tear.
+    /// A low quantile, as others may be across a tear or on another sheet.
     fn uv_scale_at(&self, p: u32) -> f64 {
-        let mut scales: Vec<f64> = self
-            .nearest(p)
+        let mut scales: Vec<f64> = self.around(p)[..MEDIAN.min(self.count)]
             .iter()
             .map(|&q| self.uv_distance(p, q) / length(self.step(p, q)))
             .collect();
         scales.sort_by(f64::total_cmp);
-        scales[scales.len() / 3]
+        scales[scales.len() / 5]
     }
 
     /// The steps to a point and its neighbours, in spacings, and what each counts.

@@ -132,6 +132,15 @@ impl<'a> Patchwork<'a> {
         fits
     }
 
+    /// Removes the triangles that were added last; the first `count` stay.
+    pub(super) fn truncate(&mut self, count: usize) {
+        for corners in self.triangles.drain(count..).rev() {
+            for v in corners {
+                self.sectors[v as usize].pop();
+            }
+        }
+    }
+
     fn is_short(&self, [a, b, c]: [u32; 3]) -> bool {
         let Neighborhood {
             points, spacing, ..
