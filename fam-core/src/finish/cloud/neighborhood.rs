@@ -73,11 +73,6 @@ impl<'a> Neighborhood<'a> {
         &self.neighbors[p as usize * self.count..][..self.count]
     }
 
-    /// The few that are nearest to a point.
-    fn nearest(&self, p: u32) -> &[u32] {
-        &self.around(p)[..NEAREST.min(self.count)]
-    }
-
     /// From one point to another, along the frame of the first.
     pub(super) fn local(&self, from: u32, to: u32) -> [f64; 3] {
         let step = self.step(from, to);
@@ -86,8 +81,14 @@ impl<'a> Neighborhood<'a> {
 
     /// Whether the UV of a neighbour is about as far as its distance suggests.
     pub(super) fn along_map(&self, from: u32, to: u32) -> bool {
-        self.uv_distance(from, to)
-            <= STRETCH * self.uv_scale[from as usize] * length(self.step(from, to))
+        let step = self.step(from, to);
+        let farthest = STRETCH * self.uv_scale[from as usize];
+        self.squared_uv_distance(from, to) <= farthest * farthest * dot(step, step)
+    }
+
+    /// The few that are nearest to a point.
+    fn nearest(&self, p: u32) -> &[u32] {
+        &self.around(p)[..NEAREST.min(self.count)]
     }
 
     /// Whether a neighbour lies too far above or below the tangent plane of a point to be on
@@ -95,16 +96,16 @@ impl<'a> Neighborhood<'a> {
     pub(super) fn is_steep(&self, from: u32, to: u32) -> bool {
         let [x, y, z] = self.local(from, to);
         let slope = SLOPES[usize::from(!self.along_map(from, to))];
-        z.abs() > slope * x.hypot(y) + NOISE * self.spacing[from as usize]
+        z.abs() > slope * (x * x + y * y).sqrt() + NOISE * self.spacing[from as usize]
     }
 
     fn step(&self, from: u32, to: u32) -> [f64; 3] {
         sub(self.points[to as usize], self.points[from as usize])
     }
 
-    fn uv_distance(&self, a: u32, b: u32) -> f64 {
+    fn squared_uv_distance(&self, a: u32, b: u32) -> f64 {
         let [a, b] = [a, b].map(|i| self.uvs[i as usize].map(f64::from));
-        (a[0] - b[0]).hypot(a[1] - b[1])
+        (a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2)
     }
 
     /// A disk around a point that has `n` others inside has the area of `n` points and a half.
@@ -131,7 +132,7 @@ impl<'a> Neighborhood<'a> {
     fn uv_scale_at(&self, p: u32) -> f64 {
         let mut scales: Vec<f64> = self.around(p)[..MEDIAN.min(self.count)]
             .iter()
-            .map(|&q| self.uv_distance(p, q) / length(self.step(p, q)))
+            .map(|&q| self.squared_uv_distance(p, q).sqrt() / length(self.step(p, q)))
             .collect();
         scales.sort_by(f64::total_cmp);
         scales[scales.len() / 5]
@@ -247,13 +248,15 @@ impl Plane {
 /// A unit eigenvector of the least eigenvalue of a symmetric matrix, by Jacobi's rotations.
 fn least_axis(mut m: [[f64; 3]; 3]) -> [f64; 3] {
     let mut axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    for _ in 0..6 {
+    for _ in 0..5 {
         for (i, j) in [(0, 1), (0, 2), (1, 2)] {
             if m[i][j] == 0.0 {
                 continue;
             }
-            let angle = 0.5 * (2.0 * m[i][j]).atan2(m[j][j] - m[i][i]);
-            let (s, c) = angle.sin_cos();
+            let cotangent = (m[j][j] - m[i][i]) / (2.0 * m[i][j]);
+            let tangent = cotangent.signum() / (cotangent.abs() + (cotangent.powi(2) + 1.0).sqrt());
+            let c = 1.0 / (tangent * tangent + 1.0).sqrt();
+            let s = tangent * c;
             for row in &mut m {
                 (row[i], row[j]) = (c * row[i] - s * row[j], s * row[i] + c * row[j]);
             }

@@ -44,10 +44,10 @@ fn star(neighborhood: &Neighborhood, p: u32) -> Vec<([u32; 3], f64)> {
     let mut cell = Cell::new(RADIUS);
     for &q in neighborhood.around(p) {
         let [x, y, z] = neighborhood.local(p, q).map(|c| c / spacing);
-        let flat = x.hypot(y);
+        let flat = (x * x + y * y).sqrt();
         if flat > 0.0 && !neighborhood.is_steep(p, q) {
             // As far on the plane as it is in space.
-            let unrolled = flat.hypot(z) / flat;
+            let unrolled = (1.0 + (z / flat).powi(2)).sqrt();
             cell.clip([x * unrolled, y * unrolled], q);
         }
     }

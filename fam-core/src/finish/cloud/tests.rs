@@ -317,7 +317,10 @@ fn soups_give_manifolds_or_errors() {
     for round in 0..120 {
         let count = rng.random_range(1..120);
         let steps = [3.0, 1e3, 1e9][round % 3];
-        let mut coordinate = || f64::round(rng.random_range(-1.0..1.0) * steps) / steps;
+        let mut coordinate = || {
+            let step = f64::round(rng.random_range(-1.0..1.0) * steps) / steps;
+            step * if rng.random_bool(0.1) { 1e-180 } else { 1.0 }
+        };
         let points: Vec<[f64; 3]> = (0..count)
             .map(|_| {
                 [
