@@ -191,12 +191,14 @@ fn bell(step: [f64; 3], width: f64) -> f64 {
     (-dot(step, step) / (width * width)).exp()
 }
 
-/// In single precision, about the middle of all.
+/// In single precision, about the median of all, which points far away do not move.
 fn centred(points: &[[f64; 3]]) -> Vec<[f32; 3]> {
-    let middle = scale(
-        points.iter().fold([0.0; 3], |sum, &p| add(sum, p)),
-        1.0 / points.len() as f64,
-    );
+    let middle = [0, 1, 2].map(|axis| {
+        let mut values: Vec<f64> = points.iter().map(|p| p[axis]).collect();
+        *values
+            .select_nth_unstable_by(points.len() / 2, f64::total_cmp)
+            .1
+    });
     points
         .iter()
         .map(|&p| sub(p, middle).map(|c| c as f32))
