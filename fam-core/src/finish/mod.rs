@@ -9,6 +9,7 @@ pub mod tears;
 pub(crate) mod solve;
 pub(crate) mod cut;
 pub(crate) mod pack;
+pub(crate) mod cloud;
 pub(crate) mod topology;
 
 /// What finishing is to reach, and what it may cost.

@@ -1,8 +1,10 @@
 //! Generated surfaces of known geometry, for a first run and for tests.
 
 use std::f64::consts::{PI, TAU};
+use std::ops::Range;
 
 use super::TriangleMesh;
+use super::vector::{length, sub};
 
 /// A torus around the z axis: closed, genus 1. `major` radius of the ring,
 /// `minor` of the tube, `around` × `across` quads of two triangles each.
@@ -58,6 +60,190 @@ pub fn rectangle(width: f64, height: f64, columns: u32, rows: u32) -> TriangleMe
     })
 }
 
+/// A sheet of `columns` × `rows` square quads (the longer way 1) that hangs in waves, ever
+/// higher until they overhang. It is a bent rectangle: developable.
+pub fn draped_cloth(columns: u32, rows: u32) -> TriangleMesh {
+    const WAVES: f64 = 3.0;
+    let (columns, rows) = (columns.max(1), rows.max(1));
+    let height = f64::from(rows) / f64::from(columns);
+    let profile = profile(columns, |s, _| {
+        let slope = (0.8 + 1.1 * s) * (TAU * WAVES * s).sin();
+        [slope.cos(), slope.sin()]
+    });
+    bent(&profile, height, columns, rows)
+}
+
+/// A sheet of `columns` × `rows` quads, `length` × `width`, rolled up to a spiral around the y
+/// axis with `gap` between its layers: developable. `inner` is the radius it begins with.
+pub fn spiral(
+    inner: f64,
+    gap: f64,
+    length: f64,
+    width: f64,
+    columns: u32,
+    rows: u32,
+) -> TriangleMesh {
+    let pitch = gap / TAU;
+    let profile = profile(columns.max(1), |_, [x, y]| {
+        let [x, y] = [length * x + inner, length * y];
+        let (radius, angle) = (x.hypot(y), y.atan2(x));
+        let outwards = pitch / radius.hypot(pitch);
+        let along = (1.0 - outwards * outwards).sqrt();
+        [
+            outwards * angle.cos() - along * angle.sin(),
+            outwards * angle.sin() + along * angle.cos(),
+        ]
+    });
+    let profile: Vec<[f64; 2]> = profile
+        .iter()
+        .map(|&[x, y]| [length * x + inner, length * y])
+        .collect();
+    bent(&profile, width, columns, rows)
+}
+
+/// A curve of length 1 in the plane, from the origin, at the ends of so many equal steps of its
+/// arc length s. `direction(s, point)` is its unit tangent.
+fn profile(steps: u32, direction: impl Fn(f64, [f64; 2]) -> [f64; 2]) -> Vec<[f64; 2]> {
+    const SUBSTEPS: u32 = 32;
+    let step = 1.0 / f64::from(steps * SUBSTEPS);
+    let mut point = [0.0; 2];
+    let mut points = vec![point];
+    for i in 0..steps * SUBSTEPS {
+        let s = f64::from(i) * step;
+        let ahead = |d: [f64; 2], length: f64| [0, 1].map(|k| point[k] + length * d[k]);
+        let middle = ahead(direction(s, point), 0.5 * step);
+        point = ahead(direction(s + 0.5 * step, middle), step);
+        if (i + 1).is_multiple_of(SUBSTEPS) {
+            points.push(point);
+        }
+    }
+    points
+}
+
+/// A sheet that follows a curve in the x-z plane and is straight along y.
+fn bent(profile: &[[f64; 2]], height: f64, columns: u32, rows: u32) -> TriangleMesh {
+    grid(columns, rows, [false, false], |s, t| {
+        let [x, z] = profile[(s * f64::from(columns.max(1))).round() as usize];
+        [x, (t - 0.5) * height, z]
+    })
+}
+
+/// Head, neck and shoulders, about 3 high, in triangles of edges about `spacing` long, open at
+/// the bottom.
+pub fn bust(spacing: f64) -> TriangleMesh {
+    // Distance from the axis and height, from the crown down.
+    const OUTLINE: [[f64; 2]; 12] = [
+        [0.0, 3.0],
+        [0.35, 2.94],
+        [0.6, 2.72],
+        [0.7, 2.4],
+        [0.66, 2.05],
+        [0.5, 1.72],
+        [0.36, 1.5],
+        [0.36, 1.25],
+        [0.55, 1.02],
+        [0.95, 0.85],
+        [1.2, 0.55],
+        [1.22, 0.0],
+    ];
+    let place = |w: f64, a: f64| {
+        let [radius, height] = smooth(&OUTLINE, w);
+        // The shoulders are wider than deep; nose and chin stand out.
+        let depth = 0.55 + 0.45 * (1.0 + (3.0 * (height - 1.2)).tanh()) / 2.0;
+        let nose = 0.18 * (-((a.sin() - 1.0) / 0.08).abs() - ((height - 2.2) / 0.25).powi(2)).exp();
+        [
+            radius * a.cos(),
+            depth * radius * a.sin()
+                + if a.sin() > 0.0 {
+                    nose * radius / 0.7
+                } else {
+                    0.0
+                },
+            height,
+        ]
+    };
+    rings(spacing, place)
+}
+
+/// The point at `w` (0 to 1) on a smooth curve (Catmull and Rom's) through points.
+fn smooth(points: &[[f64; 2]], w: f64) -> [f64; 2] {
+    let spans = points.len() - 1;
+    let at = w * spans as f64;
+    let span = (at as usize).min(spans - 1);
+    let t = at - span as f64;
+    let point = |i: isize| points[(span as isize + i).clamp(0, spans as isize) as usize];
+    let (a, b, c, d) = (point(-1), point(0), point(1), point(2));
+    [0, 1].map(|k| {
+        let cubic = -a[k] + 3.0 * b[k] - 3.0 * c[k] + d[k];
+        let square = 2.0 * a[k] - 5.0 * b[k] + 4.0 * c[k] - d[k];
+        (b[k] + 0.5 * t * (c[k] - a[k] + t * (square + t * cubic))).max(0.0)
+    })
+}
+
+/// A surface around an axis in rings of vertices about `spacing` apart, from a point at the
+/// top down: `place(w, angle)` with w from 0 to 1.
+fn rings(spacing: f64, place: impl Fn(f64, f64) -> [f64; 3]) -> TriangleMesh {
+    const STEPS: u32 = 200;
+    let around = |w: f64| {
+        let corner = |i: u32| place(w, TAU * f64::from(i) / f64::from(STEPS));
+        (0..STEPS)
+            .map(|i| length(sub(corner(i + 1), corner(i))))
+            .sum::<f64>()
+    };
+    // Heights at which the mean way down since the last ring is the spacing.
+    let down = |w: f64| {
+        let next = w + 1e-3;
+        let way = |i: u32| {
+            let a = TAU * f64::from(i) / 12.0;
+            length(sub(place(next.min(1.0), a), place(w, a)))
+        };
+        (0..12).map(way).sum::<f64>() / 12.0
+    };
+    let mut ways = vec![0.0];
+    for i in 0..1000 {
+        ways.push(ways[i] + down(i as f64 * 1e-3));
+    }
+    let count = (ways[1000] / (spacing * 0.75_f64.sqrt())).round().max(1.0);
+    let mut positions = vec![place(0.0, 0.0)];
+    let mut triangles = Vec::new();
+    let mut above = 0..1;
+    for ring in 1..=count as u32 {
+        let way = ways[1000] * f64::from(ring) / count;
+        let after = ways.partition_point(|&x| x < way).clamp(1, 1000);
+        let share = (way - ways[after - 1]) / (ways[after] - ways[after - 1]);
+        let w = ((after as f64 - 1.0 + share) * 1e-3).min(1.0);
+        let corners = (around(w) / spacing).round().max(3.0) as u32;
+        let below = above.end..above.end + corners;
+        for i in 0..corners {
+            positions.push(place(w, TAU * f64::from(i) / f64::from(corners)));
+        }
+        join(&above, &below, &mut triangles);
+        above = below;
+    }
+    TriangleMesh::new(positions, triangles).expect("rings are a valid mesh")
+}
+
+/// Triangles between two rings of vertices that start at the same angle.
+fn join(above: &Range<u32>, below: &Range<u32>, triangles: &mut Vec<[u32; 3]>) {
+    let (m, n) = (above.len() as u32, below.len() as u32);
+    let upper = |i: u32| above.start + i % m;
+    let lower = |j: u32| below.start + j % n;
+    let (mut i, mut j) = (0, 0);
+    while i < m || j < n {
+        let next_upper = (f64::from(i) + 0.5) / f64::from(m);
+        let next_lower = (f64::from(j) + 0.5) / f64::from(n);
+        if j < n && (i == m || next_lower <= next_upper) {
+            triangles.push([upper(i), lower(j), lower(j + 1)]);
+            j += 1;
+        } else {
+            if m > 1 {
+                triangles.push([upper(i), lower(j), upper(i + 1)]);
+            }
+            i += 1;
+        }
+    }
+}
+
 /// A grid of `columns` × `rows` quads mapped by `place(s, t)`, s and t in 0..=1;
 /// a wrapped direction joins its end to its start.
 fn grid(
@@ -109,6 +295,33 @@ mod tests {
         near(area(open_cylinder(0.5, 2.0, 100, 4)), TAU);
         near(area(rectangle(2.0, 3.0, 4, 5)), 6.0);
         near(area(open_sphere(0.5, 100, 60)), TAU * (1.0 + 0.5_f64.cos()));
+    }
+
+    #[test]
+    fn bent_sheets_keep_their_lengths() {
+        let cloth = draped_cloth(100, 70);
+        let area: f64 = cloth.triangle_areas().iter().sum();
+        assert!((area - 0.7).abs() < 2e-3, "{area}");
+        let rolled = spiral(3.0, 3.0, 200.0, 10.0, 400, 20);
+        let area: f64 = rolled.triangle_areas().iter().sum();
+        assert!((area / 2000.0 - 1.0).abs() < 1e-2, "{area}");
+        let last = rolled.positions()[rolled.positions().len() - 1];
+        // The area between the first and the last layer is length × gap.
+        let outer = (9.0 + 200.0 * 3.0 / PI).sqrt();
+        assert!((last[0].hypot(last[2]) - outer).abs() < 0.05);
+    }
+
+    #[test]
+    fn a_bust_is_a_disk_of_even_triangles() {
+        let mesh = bust(0.1);
+        let (v, t) = (mesh.positions().len(), mesh.triangles().len());
+        let areas = mesh.triangle_areas();
+        let mean = areas.iter().sum::<f64>() / t as f64;
+        assert!((mean / (0.01 * 0.75_f64.sqrt() / 2.0) - 1.0).abs() < 0.2);
+        assert!(areas.iter().all(|a| (0.2..4.0).contains(&(a / mean))));
+        // Vertices less edges plus triangles is 1; a disk has 3 T edges, the inner ones twice.
+        let last = mesh.positions().iter().filter(|p| p[2] < 1e-9).count();
+        assert_eq!(2 * v - 2 - last, t);
     }
 
     #[test]
