@@ -230,18 +230,22 @@ impl FinishReport {
     }
 }
 
-/// How many components did not reach the distortion bound, if any.
+/// That components did not reach the distortion bound, if any did not.
 fn above_bound(atlas: &FinishedAtlas, bound: f64) -> Option<String> {
     let energies = atlas.components.iter().map(|finished| finished.energy);
     let above: Vec<f64> = energies.filter(|energy| *energy > bound).collect();
     let worst = above.iter().fold(bound, |worst, energy| worst.max(*energy));
-    (!above.is_empty()).then(|| {
-        format!(
-            "{} of {} components above the distortion bound of {bound}, the worst at {worst:.3}",
-            above.len(),
-            atlas.components.len(),
-        )
-    })
+    let all = atlas.components.len();
+    match above.len() {
+        0 => None,
+        _ if all == 1 => Some(format!(
+            "the energy is {worst:.3}, above the distortion bound of {bound}"
+        )),
+        some => Some(format!(
+            "{some} of {all} components are above the distortion bound of {bound}, the worst with \
+             an energy of {worst:.3}"
+        )),
+    }
 }
 
 fn area(component: &Component) -> f64 {

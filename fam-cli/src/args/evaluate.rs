@@ -34,8 +34,8 @@ pub struct Evaluate {
     #[arg(long, value_name = "N")]
     pub iterations: Option<usize>,
 
-    /// Folder of earlier results: instead of training, the model NAME.fam/model.safetensors in it
-    /// is taken for a mesh NAME, and none of these having a model is a failure
+    /// Do not train: take the model NAME.fam/model.safetensors in this folder for the mesh NAME,
+    /// as `fam unwrap -o DIR` writes it
     #[arg(long, value_name = "DIR", conflicts_with_all = ["preset", "iterations"])]
     pub models: Option<PathBuf>,
 
