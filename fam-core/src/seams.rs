@@ -261,10 +261,10 @@ mod tests {
         assert_eq!(seams.points.len(), points.len());
     }
 
-    /// The middle quad of nine lies apart in the plane: cut along its four edges.
+    /// One quad of sixteen lies apart in the plane: cut along its four edges.
     #[test]
     fn the_seams_of_charts_are_their_common_edges() {
-        let sheet = shapes::rectangle(3.0, 3.0, 3, 3);
+        let sheet = shapes::rectangle(4.0, 4.0, 4, 4);
         // The last of two components is another sheet that meets the first in one edge.
         let mut positions = sheet.positions().to_vec();
         let beyond = positions.len() as u32;
@@ -284,16 +284,16 @@ mod tests {
         let whole = components.list[0].mesh.clone();
         let mut uvs = flat(&whole);
         let mut corners = whole.triangles().to_vec();
-        // Both triangles of the quad in the middle move away.
+        // Both triangles of the quad between 0 and 1 move away.
         let center = |t: &[u32; 3], axis: usize| {
             t.iter()
                 .map(|&v| whole.positions()[v as usize][axis])
                 .sum::<f64>()
                 / 3.0
         };
-        let middle = |t: &[u32; 3]| [0, 1].iter().all(|&a| (1.0..2.0).contains(&center(t, a)));
+        let is_apart = |t: &[u32; 3]| [0, 1].iter().all(|&a| (0.0..1.0).contains(&center(t, a)));
         let apart: Vec<usize> = (0..corners.len())
-            .filter(|&t| middle(&whole.triangles()[t]))
+            .filter(|&t| is_apart(&whole.triangles()[t]))
             .collect();
         assert_eq!(apart.len(), 2);
         let count = uvs.len() as u32;
@@ -311,7 +311,7 @@ mod tests {
         for edge in &seams.edges {
             let ends = edge.map(|v| mesh.positions()[v as usize]);
             let along = |axis: usize| ends.map(|p| p[axis]);
-            let is_side = |axis: usize| along(axis) == [1.0; 2] || along(axis) == [2.0; 2];
+            let is_side = |axis: usize| along(axis) == [0.0; 2] || along(axis) == [1.0; 2];
             assert!(is_side(0) || is_side(1), "{ends:?}");
         }
         let cut = [a.min(b), a.max(b)];
