@@ -1,22 +1,77 @@
-//! The training configuration: a preset, overridden by a file, overridden by options.
+//! The configuration: a preset, overridden by a file, overridden by options.
 
 use std::path::Path;
 
+use clap::ValueEnum;
+use fam_core::finish::FinishConfig;
 use fam_core::training::TrainingConfig;
+use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::args::{Preset, Unwrap};
 use crate::failure::Failure;
 
-/// The configuration that the command line asks for.
-pub fn resolve(arguments: &Unwrap) -> Result<TrainingConfig, Failure> {
-    let mut config = match arguments.preset {
-        Preset::Fast => TrainingConfig::fast(),
-        Preset::Paper => TrainingConfig::paper(),
-    };
-    if let Some(path) = &arguments.config {
-        config = overridden(config, path)?;
+/// What a file with a configuration holds.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Config {
+    #[serde(flatten)]
+    pub training: TrainingConfig,
+    pub finish: Finishing,
+}
+
+/// What becomes of the map that training ends with.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Finishing {
+    pub mode: FinishMode,
+    #[serde(flatten)]
+    pub config: FinishConfig,
+}
+
+/// Whether a map is finished.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum FinishMode {
+    Full,
+    None,
+}
+
+impl Config {
+    /// The configuration of a preset.
+    pub fn of(preset: Preset) -> Self {
+        Self {
+            training: match preset {
+                Preset::Fast => TrainingConfig::fast(),
+                Preset::Paper => TrainingConfig::paper(),
+            },
+            finish: Finishing {
+                mode: FinishMode::Full,
+                config: FinishConfig::default(),
+            },
+        }
     }
+
+    /// The configuration, unless it makes no sense.
+    pub fn checked(self) -> Result<Self, Failure> {
+        let problem = self.training.problem();
+        match problem.or_else(|| self.finish.config.problem()) {
+            Some(problem) => Err(Failure::input(problem)),
+            None => Ok(self),
+        }
+    }
+
+    /// The TOML text that `--config` reads.
+    pub fn to_toml(&self) -> Result<String, Failure> {
+        toml::to_string(self).map_err(Failure::input)
+    }
+}
+
+/// The configuration that the command line asks for.
+pub fn resolve(arguments: &Unwrap) -> Result<Config, Failure> {
+    let mut all = Config::of(arguments.preset);
+    if let Some(path) = &arguments.config {
+        all = overridden(all, path)?;
+    }
+    let config = &mut all.training;
     if let Some(points) = arguments.points {
         config.points = points;
     }
@@ -41,18 +96,29 @@ pub fn resolve(arguments: &Unwrap) -> Result<TrainingConfig, Failure> {
     if arguments.no_normals {
         config.normals = false;
     }
-    match config.problem() {
-        Some(problem) => Err(Failure::input(problem)),
-        None => Ok(config),
+    let finish = &mut all.finish;
+    if let Some(mode) = arguments.finish {
+        finish.mode = mode;
     }
+    if let Some(bound) = arguments.distortion_bound {
+        finish.config.distortion_bound = bound;
+    }
+    if let Some(weight) = arguments.seam_weight {
+        finish.config.seam_weight = weight;
+    }
+    if let Some(charts) = arguments.max_charts {
+        finish.config.max_charts = charts;
+    }
+    if let Some(margin) = arguments.margin {
+        finish.config.margin = margin;
+    }
+    if let Some(resolution) = arguments.resolution {
+        finish.config.resolution = resolution;
+    }
+    all.checked()
 }
 
-/// The configuration as the TOML text that `--config` reads.
-pub fn to_toml(config: &TrainingConfig) -> Result<String, Failure> {
-    toml::to_string(config).map_err(Failure::input)
-}
-
-fn overridden(config: TrainingConfig, path: &Path) -> Result<TrainingConfig, Failure> {
+fn overridden(config: Config, path: &Path) -> Result<Config, Failure> {
     let fail = |reason: String| Failure::input(format!("{}: {reason}", path.display()));
     let text = std::fs::read_to_string(path).map_err(|error| fail(error.to_string()))?;
     // The parser's own display quotes the source over several lines.
@@ -86,8 +152,8 @@ fn merge(base: &mut Table, overlay: Table, within: &str) -> Result<(), String> {
 mod tests {
     use super::*;
 
-    fn merged(text: &str) -> Result<TrainingConfig, String> {
-        let mut base = Table::try_from(TrainingConfig::fast()).unwrap();
+    fn merged(text: &str) -> Result<Config, String> {
+        let mut base = Table::try_from(Config::of(Preset::Fast)).unwrap();
         merge(&mut base, toml::from_str(text).unwrap(), "")?;
         base.try_into()
             .map_err(|error: toml::de::Error| error.message().to_string())
@@ -95,13 +161,18 @@ mod tests {
 
     #[test]
     fn a_file_overrides_only_what_it_names() {
-        let config = merged("points = 77\n[networks]\nwidth = 32\n").unwrap();
-        assert_eq!((config.points, config.networks.width), (77, 32));
-        assert_eq!(config.iterations, TrainingConfig::fast().iterations);
-        assert_eq!(
-            config.networks.latent,
-            TrainingConfig::fast().networks.latent
-        );
+        let fast = Config::of(Preset::Fast);
+        let text = "points = 77\n[networks]\nwidth = 32\n[finish]\nmargin = 2\n";
+        let config = merged(text).unwrap();
+        let training = &config.training;
+        assert_eq!((training.points, training.networks.width), (77, 32));
+        assert_eq!(training.iterations, fast.training.iterations);
+        assert_eq!(training.networks.latent, fast.training.networks.latent);
+        let finish = FinishConfig {
+            margin: 2.0,
+            ..FinishConfig::default()
+        };
+        assert_eq!(config.finish.config, finish);
     }
 
     #[test]
@@ -110,18 +181,24 @@ mod tests {
             merged("[networks]\nwidht = 3\n"),
             Err("unknown key networks.widht".into())
         );
-        assert!(
-            merged("jacobian = \"sideways\"")
-                .unwrap_err()
-                .contains("sideways")
+        assert_eq!(
+            merged("[finish]\nbound = 5\n"),
+            Err("unknown key finish.bound".into())
         );
+        for text in ["jacobian = \"sideways\"", "finish.mode = \"sideways\""] {
+            assert!(merged(text).unwrap_err().contains("sideways"));
+        }
         assert!(merged("points = \"many\"").is_err());
+        assert!(merged("finish = 3").is_err());
+        assert!(merged("finish.max-charts = -1").is_err());
     }
 
     #[test]
     fn what_is_written_reads_back() {
-        let config = TrainingConfig::paper();
-        let text = to_toml(&config).unwrap();
-        assert_eq!(toml::from_str::<TrainingConfig>(&text).unwrap(), config);
+        let mut config = Config::of(Preset::Paper);
+        config.finish.mode = FinishMode::None;
+        config.finish.config.distortion_bound = 4.03;
+        let text = config.to_toml().unwrap();
+        assert_eq!(toml::from_str::<Config>(&text).unwrap(), config);
     }
 }

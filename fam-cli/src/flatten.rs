@@ -1,4 +1,4 @@
-//! Flattening on the chosen backend.
+//! Training on the chosen backend.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -8,11 +8,10 @@ use fam_core::atlas::{self, Division, Part};
 use fam_core::seams::{SeamRule, SeamThreshold, Seams};
 use fam_core::surface::{Components, Surface};
 use fam_core::training::TrainingConfig;
-use fam_io::Uvs;
 
 use crate::backend::Job;
 use crate::failure::Failure;
-use crate::progress::Progress;
+use crate::progress::TrainingProgress;
 use crate::surface::Parting;
 
 /// What to flatten, and how.
@@ -25,12 +24,16 @@ pub struct Flatten<'a> {
     pub stop: &'a AtomicBool,
 }
 
-/// A flattened surface, off the backend.
+/// A flattened surface, off the backend: the raw map.
 pub struct Flattened {
-    pub uvs: Uvs,
     /// Of a mesh.
     pub components: Option<Components>,
+    /// The UVs of each component's vertices (of all points of a cloud).
+    pub uvs: Vec<Vec<[f32; 2]>>,
+    /// The edges between components.
+    pub cuts: Vec<[u32; 2]>,
     pub parts: Vec<Part>,
+    /// Where the raw map is torn, and the cuts.
     pub seams: Seams,
     /// Of the trained components.
     pub thresholds: Vec<Option<SeamThreshold>>,
@@ -45,7 +48,7 @@ impl Job for Flatten<'_> {
             labels: &self.parting.labels,
             squares: &self.parting.squares,
         };
-        let mut progress = Progress::new(self.quiet, self.config.iterations);
+        let mut progress = TrainingProgress::new(self.quiet, self.config.iterations);
         let flattened = atlas::flatten::<B>(self.config, self.surface, division, device, |now| {
             progress.step(&now);
             if self.stop.load(Ordering::Relaxed) {
@@ -55,7 +58,7 @@ impl Job for Flatten<'_> {
             }
         });
         progress.finish();
-        let mut flattened = flattened.map_err(Failure::input)?;
+        let flattened = flattened.map_err(Failure::input)?;
         // Nothing was learnt where already the first step failed.
         let hopeless = |part: &Part| part.last.is_none() && part.error.is_some();
         if let Some(error) = flattened
@@ -69,19 +72,13 @@ impl Job for Flatten<'_> {
         let (seams, thresholds) = flattened
             .seams(self.surface, self.seam_rule)
             .map_err(Failure::work)?;
-        let uvs = match (self.surface, &flattened.components) {
-            (Surface::Mesh(mesh), Some(components)) => {
-                let uvs = components.uv_map(mesh, &flattened.uvs);
-                Uvs::Mesh(uvs.map_err(Failure::work)?)
-            }
-            _ => Uvs::Points(flattened.uvs.swap_remove(0)),
-        };
         Ok(Flattened {
-            uvs,
             seams,
             thresholds,
             model: flattened.atlas.to_safetensors().map_err(Failure::work)?,
             components: flattened.components,
+            uvs: flattened.uvs,
+            cuts: flattened.cuts,
             parts: flattened.parts,
         })
     }

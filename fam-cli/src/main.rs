@@ -6,10 +6,13 @@ mod batch;
 mod commands;
 mod config;
 mod failure;
+mod finish;
 mod flatten;
 mod inputs;
+mod interrupt;
 mod output;
 mod progress;
+mod report;
 mod surface;
 
 use std::process::ExitCode;
@@ -29,6 +32,7 @@ fn main() -> ExitCode {
         Some(Command::Unwrap(arguments)) => commands::unwrap(arguments),
         Some(Command::Map(arguments)) => commands::map(&arguments),
         Some(Command::Metrics(arguments)) => commands::metrics(&arguments),
+        Some(Command::Evaluate(arguments)) => commands::evaluate(&arguments),
         Some(Command::Backends) => commands::backends(),
     };
     match result {

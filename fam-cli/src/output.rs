@@ -2,9 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use fam_core::atlas::Part;
 use fam_core::metrics::Metrics;
-use fam_core::surface::{Component, Conditioning, Surface, UvMap};
+use fam_core::surface::{Surface, SurfaceError, TriangleMesh, UvMap};
 use fam_io::atomic::write_atomically;
 use fam_io::picture::{self, Flattened as Drawn, encode_png, preview_picture, uv_picture};
 use fam_io::seams::{Threshold, write_seams_json, write_seams_obj};
@@ -12,7 +11,9 @@ use fam_io::{Document, Format, Uvs, WriteOptions};
 use serde::Serialize;
 
 use crate::failure::Failure;
+use crate::finish::{Layout, Outcome};
 use crate::flatten::Flattened;
+use crate::report::{Measured, Report};
 use crate::surface::Parting;
 
 /// Side of uv.png in pixels.
@@ -49,143 +50,14 @@ pub struct Output {
 }
 
 /// A flattened surface and how it came about.
-pub struct Layout<'a> {
+pub struct Results<'a> {
     pub document: &'a Document,
     pub parting: &'a Parting,
     pub flattened: &'a Flattened,
+    pub layout: &'a Layout,
     pub config_toml: &'a str,
     /// Of a run that came to its end.
     pub fingerprint: Option<&'a str>,
-}
-
-/// metrics.json. It holds no times, so that the same run writes the same bytes.
-#[derive(Debug, Serialize)]
-pub struct Report {
-    version: u32,
-    points: usize,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mesh: Option<Metrics>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    conditioning: Option<Conditioning>,
-    uv_squares: usize,
-    seam_points: usize,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    torn_edges: Option<usize>,
-    pub components: Vec<PartReport>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    fingerprint: Option<String>,
-}
-
-/// How one component was flattened.
-#[derive(Debug, Serialize)]
-pub struct PartReport {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    triangles: Option<usize>,
-    points: usize,
-    pub iterations: usize,
-    loss: serde_json::Map<String, serde_json::Value>,
-}
-
-/// What `unwrap --json` prints.
-#[derive(Debug, Serialize)]
-pub struct Summary<'a> {
-    pub state: &'a str,
-    pub input: &'a str,
-    pub folder: &'a Path,
-    pub file: PathBuf,
-    pub backend: &'a str,
-    pub training_seconds: f64,
-    pub interrupted: bool,
-    #[serde(flatten)]
-    pub report: &'a Report,
-}
-
-impl PartReport {
-    fn new(part: &Part, component: Option<&Component>) -> Self {
-        let mut loss = serde_json::Map::new();
-        if let Some(last) = &part.last {
-            loss.insert("total".to_string(), last.total.into());
-            for (term, value) in &last.terms {
-                loss.insert(term.name().to_string(), (*value).into());
-            }
-        }
-        Self {
-            triangles: component.map(|component| component.mesh.triangles().len()),
-            points: part.points,
-            iterations: part.last.as_ref().map_or(0, |last| last.iteration + 1),
-            loss,
-        }
-    }
-}
-
-impl Report {
-    fn new(layout: &Layout, mesh: Option<Metrics>) -> Self {
-        let Flattened {
-            components,
-            parts,
-            seams,
-            ..
-        } = layout.flattened;
-        let component = |i: usize| components.as_ref().map(|components| &components.list[i]);
-        Self {
-            version: 2,
-            points: layout.document.surface().positions().len(),
-            torn_edges: mesh.is_some().then_some(seams.edges.len()),
-            mesh,
-            conditioning: components
-                .as_ref()
-                .map(|components| components.conditioning),
-            uv_squares: squares(layout.parting),
-            seam_points: seams.points.len(),
-            components: parts
-                .iter()
-                .enumerate()
-                .map(|(i, part)| PartReport::new(part, component(i)))
-                .collect(),
-            fingerprint: layout.fingerprint.map(str::to_string),
-        }
-    }
-
-    /// The result in half a line.
-    pub fn headline(&self) -> String {
-        match &self.mesh {
-            Some(metrics) => format!(
-                "conformality {:.3}, {} of {} triangles flipped, {} overlapping pairs, {} torn edges",
-                metrics.conformality,
-                metrics.flipped_triangles,
-                metrics.triangles,
-                metrics.overlapping_pairs,
-                self.torn_edges.unwrap_or(0),
-            ),
-            None => format!("{} of {} points on seams", self.seam_points, self.points),
-        }
-    }
-
-    /// What was done to the input, if anything.
-    pub fn conditioned(&self) -> Option<String> {
-        let found = self.conditioning?;
-        let all = [
-            (found.welded_vertices, "coinciding vertices taken for one"),
-            (found.non_manifold_edges, "non-manifold edges split"),
-            (found.non_manifold_vertices, "non-manifold vertices split"),
-            (found.duplicate_triangles, "repeated triangles"),
-            (found.zero_area_triangles, "triangles without area"),
-            (found.unreferenced_vertices, "vertices in no face"),
-        ];
-        let some: Vec<String> = all
-            .into_iter()
-            .filter(|(count, _)| *count > 0)
-            .map(|(count, what)| format!("{count} {what}"))
-            .collect();
-        (!some.is_empty()).then(|| some.join(", "))
-    }
-
-    /// How many components were trained, and how many were flat, if there are several.
-    pub fn composition(&self) -> Option<String> {
-        let trained = self.components.iter().filter(|c| c.iterations > 0).count();
-        let flat = self.components.len() - trained;
-        (self.components.len() > 1).then(|| format!("{trained} trained, {flat} flat"))
-    }
 }
 
 impl Output {
@@ -260,41 +132,38 @@ impl Output {
     }
 
     /// Writes every file of the folder, each whole or not at all, and the report last.
-    pub fn write(&self, layout: &Layout) -> Result<Report, Failure> {
+    pub fn write(&self, results: &Results) -> Result<Report, Failure> {
         self.invalidate()?;
-        let Flattened {
-            seams, thresholds, ..
-        } = layout.flattened;
-        let surface = layout.document.surface();
+        let layout = results.layout;
+        let surface = results.document.surface();
         let options = WriteOptions {
             seam_lines: if self.seam_lines {
-                seams.edges.clone()
+                layout.seams.edges.clone()
             } else {
                 Vec::new()
             },
             ..self.options.clone()
         };
         let drawn_seams = picture::Seams {
-            points: &seams.points,
-            edges: &seams.edges,
+            points: &layout.seams.points,
+            edges: &layout.seams.edges,
         };
-        let (metrics, uv_png, preview_png) = match (surface, &layout.flattened.uvs) {
+        let (measured, uv_png, preview_png) = match (surface, &layout.uvs) {
             (Surface::Mesh(mesh), Uvs::Mesh(map)) => {
-                let file = self.file();
-                layout
+                results
                     .document
-                    .write_mesh_uvs(map, file, &options)
+                    .write_mesh_uvs(map, self.file(), &options)
                     .map_err(Failure::work)?;
-                let row = in_a_row(map, layout)?;
+                let row = in_a_row(map, results.parting).map_err(Failure::work)?;
                 let drawn = Drawn::Mesh(mesh, &row);
                 (
-                    Some(Metrics::measure(mesh, &row).map_err(Failure::work)?),
+                    Some(measure(mesh, &row, results).map_err(Failure::work)?),
                     uv_picture(drawn, UV_PICTURE_SIDE),
                     preview_picture(drawn, drawn_seams),
                 )
             }
             (Surface::PointCloud(cloud), Uvs::Points(uvs)) => {
-                layout
+                results
                     .document
                     .write_point_uvs(uvs, self.file(), &options)
                     .map_err(Failure::work)?;
@@ -307,9 +176,22 @@ impl Output {
             }
             _ => return Err(Failure::work("the UVs are of another kind of surface")),
         };
-        let report = Report::new(layout, metrics);
+        let report = Report::new(results, measured);
+        self.write_seams(surface, layout)?;
+        self.save("model.safetensors", &results.flattened.model)?;
+        self.save("config.toml", results.config_toml.as_bytes())?;
+        self.save("uv.png", &encode_png(&uv_png).map_err(Failure::work)?)?;
+        self.save(
+            "preview.png",
+            &encode_png(&preview_png).map_err(Failure::work)?,
+        )?;
+        self.save_json(REPORT, &report)?;
+        Ok(report)
+    }
 
-        let thresholds: Vec<Option<Threshold>> = thresholds
+    fn write_seams(&self, surface: &Surface, layout: &Layout) -> Result<(), Failure> {
+        let thresholds: Vec<Option<Threshold>> = layout
+            .thresholds
             .iter()
             .map(|threshold| {
                 threshold.map(|threshold| Threshold {
@@ -320,21 +202,12 @@ impl Output {
             .collect();
         let seams = fam_io::seams::Seams {
             positions: surface.positions(),
-            points: &seams.points,
-            edges: &seams.edges,
+            points: &layout.seams.points,
+            edges: &layout.seams.edges,
             thresholds: &thresholds,
         };
         write_seams_json(self.folder.join("seams.json"), &seams).map_err(Failure::work)?;
-        write_seams_obj(self.folder.join("seams.obj"), &seams).map_err(Failure::work)?;
-        self.save("model.safetensors", &layout.flattened.model)?;
-        self.save("config.toml", layout.config_toml.as_bytes())?;
-        self.save("uv.png", &encode_png(&uv_png).map_err(Failure::work)?)?;
-        self.save(
-            "preview.png",
-            &encode_png(&preview_png).map_err(Failure::work)?,
-        )?;
-        self.save_json(REPORT, &report)?;
-        Ok(report)
+        write_seams_obj(self.folder.join("seams.obj"), &seams).map_err(Failure::work)
     }
 
     fn save(&self, name: &str, bytes: &[u8]) -> Result<(), Failure> {
@@ -342,29 +215,35 @@ impl Output {
     }
 }
 
-fn squares(parting: &Parting) -> usize {
-    parting
-        .squares
-        .iter()
-        .max()
-        .map_or(1, |&last| last as usize + 1)
+/// The metrics of a map and, if it was made of another, of that; UV squares side by side.
+fn measure(mesh: &TriangleMesh, row: &UvMap, results: &Results) -> Result<Measured, SurfaceError> {
+    let raw = results.layout.finished.as_ref().and_then(|finished| {
+        let Outcome::Mesh { raw, .. } = &finished.outcome else {
+            return None;
+        };
+        Some(in_a_row(raw, results.parting).and_then(|row| Metrics::measure(mesh, &row)))
+    });
+    Ok(Measured {
+        mesh: Metrics::measure(mesh, row)?,
+        raw: raw.transpose()?,
+    })
 }
 
 /// The map with its UV squares side by side, so that triangles of different squares do not count
 /// as overlapping.
-fn in_a_row(map: &UvMap, layout: &Layout) -> Result<UvMap, Failure> {
-    if squares(layout.parting) == 1 {
+fn in_a_row(map: &UvMap, parting: &Parting) -> Result<UvMap, SurfaceError> {
+    if parting.uv_squares() == 1 {
         return Ok(map.clone());
     }
     let mut uvs = map.uvs().to_vec();
     let mut moved = vec![false; uvs.len()];
-    for (triangle, &label) in map.triangles().iter().zip(&layout.parting.labels) {
+    for (triangle, &label) in map.triangles().iter().zip(&parting.labels) {
         for &corner in triangle {
             let corner = corner as usize;
             if !std::mem::replace(&mut moved[corner], true) {
-                uvs[corner][0] += layout.parting.squares[label as usize] as f32;
+                uvs[corner][0] += parting.squares[label as usize] as f32;
             }
         }
     }
-    UvMap::new(uvs, map.triangles().to_vec()).map_err(Failure::work)
+    UvMap::new(uvs, map.triangles().to_vec())
 }

@@ -43,6 +43,12 @@ impl Parting {
             squares,
         }
     }
+
+    /// How many UV squares there are.
+    pub fn uv_squares(&self) -> usize {
+        let last = self.squares.iter().max();
+        last.map_or(1, |&last| last as usize + 1)
+    }
 }
 
 #[cfg(test)]

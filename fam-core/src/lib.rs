@@ -15,6 +15,7 @@
 //! - [`training`]: configuration and the loop;
 //! - [`atlas`]: surfaces of several components, one map each, in one UV square;
 //! - [`map`]: the trained map, UVs for any points, saved and loaded;
+//! - [`finish`]: from that map to a layout: cut along edges, flattened, packed;
 //! - [`seams`] and [`metrics`]: where the map cuts, and how good it is.
 //!
 //! ```no_run

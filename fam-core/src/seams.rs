@@ -2,8 +2,9 @@
 
 use std::collections::BTreeSet;
 
+use crate::metrics::seam_edges;
 use crate::neighbors::nearest_others;
-use crate::surface::{Normalization, SurfaceError, TriangleMesh};
+use crate::surface::{Components, Normalization, SurfaceError, TriangleMesh, UvMap};
 
 /// K_cut: nearest neighbours in space that a point is compared with (the paper's appendix).
 pub const K_CUT: usize = 3;
@@ -39,8 +40,8 @@ pub struct SeamThreshold {
 pub struct Seams {
     /// Points (or vertices) on a seam, ascending.
     pub points: Vec<u32>,
-    /// Mesh edges that the map tears, each with its smaller vertex first, ascending; none for
-    /// a cloud.
+    /// Mesh edges that are cut, each with its smaller vertex first, ascending; none for a
+    /// cloud.
     pub edges: Vec<[u32; 2]>,
 }
 
@@ -143,6 +144,32 @@ impl Seams {
             .collect();
         Ok(seams)
     }
+
+    /// The edges of a mesh at which the maps of its components, one each, cut it, and `cuts`,
+    /// those between components; all by the vertices of the whole mesh.
+    ///
+    /// # Errors
+    /// A map has another number of triangles than the mesh of its component.
+    pub fn of_components(
+        components: &Components,
+        maps: &[UvMap],
+        cuts: &[[u32; 2]],
+    ) -> Result<Self, SurfaceError> {
+        let mut edges = cuts.to_vec();
+        for (component, map) in components.list.iter().zip(maps) {
+            for edge in seam_edges(&component.mesh, map)? {
+                let [a, b] = edge.map(|v| component.vertices[v as usize]);
+                edges.push([a.min(b), a.max(b)]);
+            }
+        }
+        edges.sort_unstable();
+        edges.dedup();
+        let points: BTreeSet<u32> = edges.iter().flatten().copied().collect();
+        Ok(Self {
+            points: points.into_iter().collect(),
+            edges,
+        })
+    }
 }
 
 /// The [`K_CUT`] nearest others of every point, fewer where there are not as many points.
@@ -232,5 +259,65 @@ mod tests {
         let paper = SeamThreshold::of(SeamRule::Paper, &points, &uvs);
         let seams = Seams::of_points(&points, &uvs, paper);
         assert_eq!(seams.points.len(), points.len());
+    }
+
+    /// One quad of sixteen lies apart in the plane: cut along its four edges.
+    #[test]
+    fn the_seams_of_charts_are_their_common_edges() {
+        let sheet = shapes::rectangle(4.0, 4.0, 4, 4);
+        // The last of two components is another sheet that meets the first in one edge.
+        let mut positions = sheet.positions().to_vec();
+        let beyond = positions.len() as u32;
+        positions.push([0.0, 0.0, 1.0]);
+        let mut triangles = sheet.triangles().to_vec();
+        let [a, b, _] = triangles[0];
+        triangles.push([a, b, beyond]);
+        let labels: Vec<u32> = (0..triangles.len() as u32)
+            .map(|t| u32::from(t == triangles.len() as u32 - 1))
+            .collect();
+        let mesh = TriangleMesh::new(positions, triangles).unwrap();
+        let components = Components::of(&mesh, &labels).unwrap();
+        let flat = |mesh: &TriangleMesh| -> Vec<[f32; 2]> {
+            let positions = mesh.positions().iter();
+            positions.map(|p| [p[0] as f32, p[1] as f32]).collect()
+        };
+        let whole = components.list[0].mesh.clone();
+        let mut uvs = flat(&whole);
+        let mut corners = whole.triangles().to_vec();
+        // Both triangles of the quad between 0 and 1 move away.
+        let center = |t: &[u32; 3], axis: usize| {
+            t.iter()
+                .map(|&v| whole.positions()[v as usize][axis])
+                .sum::<f64>()
+                / 3.0
+        };
+        let is_apart = |t: &[u32; 3]| [0, 1].iter().all(|&a| (0.0..1.0).contains(&center(t, a)));
+        let apart: Vec<usize> = (0..corners.len())
+            .filter(|&t| is_apart(&whole.triangles()[t]))
+            .collect();
+        assert_eq!(apart.len(), 2);
+        let count = uvs.len() as u32;
+        uvs.extend_from_within(..);
+        uvs[count as usize..].iter_mut().for_each(|uv| uv[0] += 9.0);
+        for t in apart {
+            corners[t] = corners[t].map(|v| v + count);
+        }
+        let maps = [
+            UvMap::new(uvs, corners).unwrap(),
+            UvMap::new(vec![[0.0; 2]; 3], vec![[0, 1, 2]]).unwrap(),
+        ];
+        let seams = Seams::of_components(&components, &maps, &[]).unwrap();
+        assert_eq!((seams.edges.len(), seams.points.len()), (4, 4));
+        for edge in &seams.edges {
+            let ends = edge.map(|v| mesh.positions()[v as usize]);
+            let along = |axis: usize| ends.map(|p| p[axis]);
+            let is_side = |axis: usize| along(axis) == [0.0; 2] || along(axis) == [1.0; 2];
+            assert!(is_side(0) || is_side(1), "{ends:?}");
+        }
+        let cut = [a.min(b), a.max(b)];
+        let seams = Seams::of_components(&components, &maps, &[cut]).unwrap();
+        assert_eq!(seams.edges.len(), 5);
+        assert!(seams.edges.contains(&cut));
+        assert!(Seams::of_components(&components, &[maps[1].clone()], &[]).is_err());
     }
 }

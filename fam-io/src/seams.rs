@@ -12,7 +12,7 @@
 //! }
 //! ```
 //!
-//! OBJ ([`write_seams_obj`]): the polylines as `l` elements; where there are no torn edges,
+//! OBJ ([`write_seams_obj`]): the polylines as `l` elements; where there are no cut edges,
 //! the seam points as `p` elements. Only vertices that occur in them are written.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -30,7 +30,7 @@ pub struct Seams<'a> {
     pub positions: &'a [[f64; 3]],
     /// The seam points, as indices of positions.
     pub points: &'a [u32],
-    /// The torn edges of a mesh, as pairs of indices of positions; empty for a cloud.
+    /// The cut edges of a mesh, as pairs of indices of positions; empty for a cloud.
     pub edges: &'a [[u32; 2]],
     /// For every component what counts as torn; none where it was not looked for.
     pub thresholds: &'a [Option<Threshold>],

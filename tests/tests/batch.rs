@@ -265,12 +265,13 @@ fn materials_get_a_square_each_if_asked() {
         let sheet = (192..196).flat_map(|t| map.corners(t));
         sheet.map(|uv| uv[0]).fold(0.0, f32::max)
     };
-    succeeds(folder.path(), &brief(&["scene.obj", "-q", "-o", "one"]));
+    let raw = ["scene.obj", "-q", "--finish", "none"];
+    succeeds(folder.path(), &brief(&[&raw[..], &["-o", "one"]].concat()));
     let metrics = json(folder.path().join("one/metrics.json"));
     assert_eq!(metrics["uv_squares"], 1);
     succeeds(
         folder.path(),
-        &brief(&["scene.obj", "-q", "-o", "two", "--per-material"]),
+        &brief(&[&raw[..], &["-o", "two", "--per-material"]].concat()),
     );
     let metrics = json(folder.path().join("two/metrics.json"));
     assert_eq!(metrics["uv_squares"], 2);

@@ -11,7 +11,7 @@ use common::{brief, fam, refuses, succeeds};
 #[test]
 fn a_trained_model_maps_its_own_surface_as_unwrap_did_and_any_other_points_too() {
     let folder = tempfile::tempdir().unwrap();
-    succeeds(folder.path(), &brief(&["-q"]));
+    succeeds(folder.path(), &brief(&["-q", "--finish", "none"]));
     let model = "sample.fam/model.safetensors";
     let map = |input: &str, out: &str| {
         succeeds(
@@ -143,7 +143,7 @@ fn wgpu_trains_and_agrees_with_ndarray() {
 #[test]
 fn help_names_every_command_and_usage_errors_exit_with_2() {
     let help = succeeds(Path::new("."), &["--help"]).stdout;
-    for command in ["unwrap", "map", "metrics", "backends"] {
+    for command in ["unwrap", "map", "metrics", "evaluate", "backends"] {
         assert!(help.contains(command));
     }
     assert_eq!(

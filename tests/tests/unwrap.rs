@@ -67,6 +67,9 @@ fn without_an_input_the_sample_is_flattened_and_every_file_is_written() {
     let summary: Value = serde_json::from_str(&run.stdout).unwrap();
     assert_eq!(summary["mesh"], metrics["mesh"]);
     assert_eq!(summary["backend"], "ndarray");
+    assert!(summary["training_seconds"].is_f64() && summary["finishing_seconds"].is_f64());
+    assert!(metrics.get("training_seconds").is_none());
+    assert_eq!(metrics["version"], 3);
     assert_eq!(metrics["components"][0]["iterations"], 3);
     assert!(metrics["mesh"]["conformality"].as_f64().unwrap() > 0.0);
     assert!(metrics["components"][0]["loss"]["wrap"].as_f64().unwrap() > 0.0);
@@ -97,6 +100,7 @@ fn without_an_input_the_sample_is_flattened_and_every_file_is_written() {
     let config: toml::Table =
         toml::from_str(&fs::read_to_string(out.join("config.toml")).unwrap()).unwrap();
     assert_eq!(config["points"].as_integer(), Some(150));
+    assert_eq!(config["finish"]["mode"].as_str(), Some("full"));
     let model = fs::read(out.join("model.safetensors")).unwrap();
     assert_eq!(
         safetensors::SafeTensors::deserialize(&model).unwrap().len(),
@@ -177,7 +181,8 @@ fn point_clouds_keep_their_format_and_get_a_uv_each() {
         assert!(matches!(document.surface(), Surface::PointCloud(_)));
         let metrics = json(&out.join("metrics.json"));
         assert_eq!(metrics["points"], 300);
-        assert!(metrics.get("mesh").is_none());
+        assert!(metrics.get("mesh").is_none() && metrics.get("raw").is_none());
+        assert!(metrics["finish"]["unreached_points"].as_u64() <= Some(300));
     }
 }
 

@@ -1,11 +1,13 @@
 //! The commands, one file each.
 
 mod backends;
+mod evaluate;
 mod map;
 mod metrics;
 mod unwrap;
 
 pub use backends::backends;
+pub use evaluate::evaluate;
 pub use map::map;
 pub use metrics::metrics;
 pub use unwrap::unwrap;

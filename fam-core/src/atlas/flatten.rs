@@ -53,7 +53,8 @@ pub struct Part {
     sample: Vec<[f32; 3]>,
 }
 
-/// A flattened surface. [`Components::uv_map`] makes one map of the UVs of a mesh's components.
+/// A flattened surface, as the networks map it: [`Components::vertex_maps`] and
+/// [`Components::uv_map`] make one map of a mesh, [`finish`](crate::finish) a layout.
 #[derive(Debug, Clone)]
 pub struct Flattened<B: Backend> {
     /// The maps.
@@ -313,9 +314,9 @@ impl<B: AutodiffBackend, F: FnMut(Progress) -> ControlFlow<()>> Job<'_, B, F> {
 }
 
 impl<B: Backend> Flattened<B> {
-    /// The seams of the trained components and the cuts between components, by the vertices (points) of the whole surface, and
-    /// per component the threshold that they were found with, in UV units of the square and
-    /// input units; projected components have none.
+    /// The seams of the trained components and the cuts between components, by the vertices
+    /// (points) of the whole surface, and per component the threshold that they were found
+    /// with, in UV units of the square and input units; projected components have none.
     ///
     /// # Errors
     /// A component's vertices coincide, as those of no trained one do.

@@ -85,7 +85,13 @@ impl<B: Backend> Atlas<B> {
     /// As [`Components::of`], or a UV is not finite.
     pub fn uv_map(&self, mesh: &TriangleMesh, labels: &[u32]) -> Result<UvMap, SurfaceError> {
         let components = Components::of(mesh, labels)?;
-        let uvs: Vec<_> = components
+        components.uv_map(&components.vertex_maps(&self.component_uvs(&components))?)
+    }
+
+    /// UVs of the vertices of a mesh's components, each by the map that is nearest to most of
+    /// its vertices.
+    pub fn component_uvs(&self, components: &Components) -> Vec<Vec<[f32; 2]>> {
+        components
             .list
             .iter()
             .map(|component| {
@@ -98,8 +104,7 @@ impl<B: Backend> Atlas<B> {
                 let winner = votes.iter().position(|&v| v == most).unwrap_or(0);
                 self.charts[winner].uvs(points)
             })
-            .collect();
-        components.uv_map(mesh, &uvs)
+            .collect()
     }
 
     /// For every point the chart with the nearest landmark.

@@ -1,19 +1,29 @@
 //! From a raw map to UVs that an artist can use.
 
+mod cloud;
+mod component;
+mod cut;
 mod diffusion;
-pub mod layout;
-pub mod patch;
+mod layout;
+mod pack;
+mod patch;
 mod peaks;
-pub mod refine;
-pub mod tears;
-pub(crate) mod solve;
-pub(crate) mod cut;
-pub(crate) mod pack;
-pub(crate) mod cloud;
-pub(crate) mod topology;
+mod refine;
+mod solve;
+mod split;
+mod surface;
+mod tears;
+mod topology;
+
+use serde::{Deserialize, Serialize};
+
+pub use surface::{finish, finish_cloud};
+
+use crate::surface::UvMap;
 
 /// What finishing is to reach, and what it may cost.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub struct FinishConfig {
     /// Mean symmetric Dirichlet energy that a layout may have; 4 is that of an isometry.
     pub distortion_bound: f64,
@@ -36,5 +46,122 @@ impl Default for FinishConfig {
             margin: 4.0,
             resolution: 2048,
         }
+    }
+}
+
+impl FinishConfig {
+    /// What keeps a surface from being finished with this configuration, if anything: a
+    /// message that names the field.
+    pub fn problem(&self) -> Option<&'static str> {
+        if !(self.distortion_bound.is_finite() && self.distortion_bound > 4.0) {
+            Some("distortion-bound must be a number above 4, the energy of an isometry")
+        } else if !(0.0..=1e6).contains(&self.seam_weight) {
+            Some("seam-weight must lie in 0..=1e6")
+        } else if self.max_charts == 0 {
+            Some("max-charts must be at least 1")
+        } else if !(16..=65_536).contains(&self.resolution) {
+            Some("resolution must lie in 16..=65536")
+        } else if !(0.0..=f64::from(self.resolution) / 4.0).contains(&self.margin) {
+            Some("margin must lie between 0 and a quarter of the resolution")
+        } else {
+            None
+        }
+    }
+}
+
+/// Whether the network says where to cut.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Guidance {
+    /// Edges near the tears of the raw map cost less.
+    Tears,
+    /// An edge costs its length.
+    None,
+}
+
+/// A step of finishing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// A component is cut to a disk.
+    Cut,
+    /// It is flattened.
+    Flatten,
+    /// It is cut further where it is distorted.
+    Refine,
+    /// All charts are laid side by side.
+    Pack,
+}
+
+/// Where finishing is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FinishProgress {
+    /// Which of the components, counting from 0.
+    pub component: usize,
+    /// How many components there are.
+    pub components: usize,
+    /// What is done with it.
+    pub stage: Stage,
+    /// Its mean symmetric Dirichlet energy so far; infinite before it is flat.
+    pub energy: f64,
+    /// Length of its seams so far, over the square root of its area.
+    pub seam_length: f64,
+}
+
+/// A finished component.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Finished {
+    /// Its UVs, their triangles in the order of its mesh's.
+    pub uvs: UvMap,
+    /// Pieces that it lies in.
+    pub charts: usize,
+    /// Its mean symmetric Dirichlet energy; infinite where a triangle has no area in the plane.
+    pub energy: f64,
+    /// Length of its seams in input units.
+    pub seam_length: f64,
+}
+
+/// A finished mesh.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FinishedAtlas {
+    /// Its components.
+    pub components: Vec<Finished>,
+    /// Share of each UV square that charts cover.
+    pub coverage: Vec<f64>,
+}
+
+/// A finished point cloud.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FinishedCloud {
+    /// One UV for each point.
+    pub uvs: Vec<[f32; 2]>,
+    /// Points that have no place in the surface that was found; they keep the raw map's UVs.
+    pub unreached: usize,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_without_sense_are_named() {
+        let config = FinishConfig::default();
+        assert_eq!(config.problem(), None);
+        let of = |change: fn(&mut FinishConfig)| {
+            let mut config = FinishConfig::default();
+            change(&mut config);
+            config.problem().unwrap_or("").split(' ').next()
+        };
+        for bound in [4.0, 3.9, -5.0, f64::NAN, f64::INFINITY] {
+            let config = FinishConfig {
+                distortion_bound: bound,
+                ..FinishConfig::default()
+            };
+            assert!(config.problem().is_some(), "{bound}");
+        }
+        assert_eq!(of(|c| c.seam_weight = -0.1), Some("seam-weight"));
+        assert_eq!(of(|c| c.seam_weight = f64::NAN), Some("seam-weight"));
+        assert_eq!(of(|c| c.max_charts = 0), Some("max-charts"));
+        assert_eq!(of(|c| c.margin = f64::NAN), Some("margin"));
+        assert_eq!(of(|c| c.margin = 600.0), Some("margin"));
+        assert_eq!(of(|c| c.resolution = 0), Some("resolution"));
     }
 }

@@ -4,6 +4,9 @@ use super::topology::{Opened, Topology};
 use crate::surface::TriangleMesh;
 use crate::surface::vector::{cross, length, sub};
 
+/// The area of a surface of unit extent below which it counts as none.
+const NEXT_TO_NOTHING: f64 = 1e-12;
+
 /// A component coherently oriented, moved and scaled so that its area is 1.
 pub struct Patch {
     /// Its triangles.
@@ -16,6 +19,8 @@ pub struct Patch {
     pub lengths: Vec<f64>,
     /// Of every triangle.
     pub areas: Vec<f64>,
+    /// How long the mesh's unit of length is here.
+    pub scale: f64,
 }
 
 impl Patch {
@@ -23,12 +28,13 @@ impl Patch {
     /// is scaled to 1 instead.
     pub fn of(mesh: &TriangleMesh) -> Self {
         let Opened { topology, source } = Topology::oriented(mesh);
-        let unit = unit_positions(mesh.positions());
+        let (unit, mut scale) = unit_positions(mesh.positions());
         let mut positions: Vec<_> = source.iter().map(|&v| unit[v as usize]).collect();
         let total: f64 = areas(&topology, &positions).iter().sum();
-        if total > 1e-12 {
-            let scale = 1.0 / total.sqrt();
-            positions = positions.iter().map(|p| p.map(|c| c * scale)).collect();
+        if total > NEXT_TO_NOTHING {
+            let factor = 1.0 / total.sqrt();
+            scale *= factor;
+            positions = positions.iter().map(|p| p.map(|c| c * factor)).collect();
         }
         let at = |v: u32| positions[v as usize];
         let lengths = (0..topology.half_edges())
@@ -40,12 +46,14 @@ impl Patch {
             source,
             positions,
             lengths,
+            scale,
         }
     }
 }
 
-/// Positions with the corner of their bounding box at the origin and its longest side 1.
-fn unit_positions(positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
+/// Positions with the corner of their bounding box at the origin and its longest side 1, and
+/// the factor by which they were scaled.
+fn unit_positions(positions: &[[f64; 3]]) -> (Vec<[f64; 3]>, f64) {
     let fold = |axis: usize, f: fn(f64, f64) -> f64, start: f64| {
         positions.iter().map(|p| p[axis]).fold(start, f)
     };
@@ -55,7 +63,7 @@ fn unit_positions(positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let side = (0..3).map(|a| 0.5 * high[a] - 0.5 * low[a]).fold(0.0, f64::max);
     let side = if side > 0.0 { side } else { 1.0 };
     let place = |p: &[f64; 3]| [0, 1, 2].map(|a| (0.5 * p[a] - 0.5 * low[a]) / side);
-    positions.iter().map(place).collect()
+    (positions.iter().map(place).collect(), 0.5 / side)
 }
 
 fn areas(topology: &Topology, positions: &[[f64; 3]]) -> Vec<f64> {

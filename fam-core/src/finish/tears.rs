@@ -1,6 +1,6 @@
 //! The tear field: where the network cuts the surface, as costs of edges.
 
-use super::topology::Topology;
+use super::patch::Patch;
 
 /// A cut along a tear costs this part of its length.
 const TORN: f64 = 0.25;
@@ -10,9 +10,11 @@ const STRETCH: f64 = 3.0;
 
 
 /// For every half-edge what a cut along it costs: its length, or a part of it where it runs
-/// along a tear of the map `raw` (one UV per vertex), that is between two ends of torn edges.
-pub fn tear_costs(topology: &Topology, lengths: &[f64], raw: &[[f32; 2]]) -> Vec<f64> {
-    let at = |v: u32| raw[v as usize].map(f64::from);
+/// along a tear of the map `raw` (one UV per vertex
+/// of the component), that is between two ends of torn edges.
+pub fn tear_costs(patch: &Patch, raw: &[[f32; 2]]) -> Vec<f64> {
+    let (topology, lengths) = (&patch.topology, &patch.lengths);
+    let at = |v: u32| raw[patch.source[v as usize] as usize].map(f64::from);
     let stretch = |h: u32| {
         let [a, b] = [at(topology.origin(h)), at(topology.target(h))];
         let image = (b[0] - a[0]).hypot(b[1] - a[1]);
@@ -24,7 +26,7 @@ pub fn tear_costs(topology: &Topology, lengths: &[f64], raw: &[[f32; 2]]) -> Vec
         .filter(|s| s.is_finite())
         .collect();
     if stretches.is_empty() {
-        return lengths.to_vec();
+        return lengths.clone();
     }
     let middle = stretches.len() / 2;
     let median = *stretches.select_nth_unstable_by(middle, f64::total_cmp).1;

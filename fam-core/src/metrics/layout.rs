@@ -19,14 +19,7 @@ pub(super) struct Layout<'a> {
 
 impl<'a> Layout<'a> {
     pub(super) fn new(mesh: &'a TriangleMesh, uv: &'a UvMap) -> Result<Self, SurfaceError> {
-        let (expected, found) = (mesh.triangles().len(), uv.triangles().len());
-        if expected != found {
-            return Err(SurfaceError::LengthMismatch {
-                attribute: "texture coordinate triangles",
-                expected,
-                found,
-            });
-        }
+        check_lengths(mesh, uv)?;
         let positions = rescaled(mesh.positions());
         let double_areas: Vec<f64> = mesh
             .triangles()
@@ -36,7 +29,7 @@ impl<'a> Layout<'a> {
         if double_areas.iter().all(|&area| area == 0.0) {
             return Err(SurfaceError::TooSmall("all triangles have zero area"));
         }
-        let uv_double_areas = (0..found)
+        let uv_double_areas = (0..uv.triangles().len())
             .map(|t| signed_double_area(uv.corners(t)))
             .collect();
         Ok(Self {
@@ -89,6 +82,19 @@ impl<'a> Layout<'a> {
     pub(super) fn uv_double_area(&self, t: usize) -> f64 {
         self.uv_double_areas[t]
     }
+}
+
+/// A map must have as many triangles as its mesh.
+pub(super) fn check_lengths(mesh: &TriangleMesh, uv: &UvMap) -> Result<(), SurfaceError> {
+    let (expected, found) = (mesh.triangles().len(), uv.triangles().len());
+    if expected != found {
+        return Err(SurfaceError::LengthMismatch {
+            attribute: "texture coordinate triangles",
+            expected,
+            found,
+        });
+    }
+    Ok(())
 }
 
 /// Twice the signed area of a UV triangle, positive where counter-clockwise; the sign is exact.

@@ -98,6 +98,17 @@ impl Metrics {
     }
 }
 
+/// The edges at which a UV map cuts a mesh: their triangles, two or more, do not all have equal
+/// UV coordinates at both ends. By the first vertices at the positions of their ends, the
+/// smaller first, ascending.
+///
+/// # Errors
+/// The map has another number of triangles than the mesh.
+pub fn seam_edges(mesh: &TriangleMesh, uv: &UvMap) -> Result<Vec<[u32; 2]>, SurfaceError> {
+    layout::check_lengths(mesh, uv)?;
+    Ok(seam_length::seam_edges(&edges::sides(mesh, uv)).collect())
+}
+
 /// Reads the infinity that JSON writes as `null`.
 fn finite_or_infinity<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(deserializer)?.unwrap_or(f64::INFINITY))

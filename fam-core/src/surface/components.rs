@@ -3,6 +3,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use serde::Serialize;
 
 use super::degenerate::{double_area, rescaled};
+use super::left_out::{Kind, kinds, stand_ins};
 use super::vector::{add, normalize};
 use super::weld::weld;
 use super::{SurfaceError, TriangleMesh, UvMap};
@@ -16,7 +17,8 @@ use super::{SurfaceError, TriangleMesh, UvMap};
 ///
 /// Triangles that repeat the three vertices of an earlier one, and those with two corners at
 /// one position, are in no component's mesh. The first belong to the component of the
-/// triangle they repeat, the second to one they touch, if there is any.
+/// triangle they repeat, the second to one they share an edge with or else touch, if there is
+/// any.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Components {
     /// The components, in the order of their first triangles.
@@ -25,6 +27,9 @@ pub struct Components {
     pub of_triangle: Vec<Option<u32>>,
     /// What was found on the way.
     pub conditioning: Conditioning,
+    /// For every triangle of the mesh the corners, 3 t + c for corner c of the mesh's triangle
+    /// t, of a triangle in its component's mesh whose UVs it takes.
+    stand_ins: Vec<Option<[u32; 3]>>,
 }
 
 /// A connected mesh without non-manifold edges and vertices.
@@ -99,7 +104,10 @@ impl Components {
         if list.is_empty() {
             return Err(SurfaceError::TooSmall("its triangles have no area"));
         }
-        follow_neighbours(&mut of_triangle, &triangles, &kinds, label);
+        let stand_ins = stand_ins(&triangles, &kinds, label);
+        for t in (0..count).filter(|&t| kinds[t] != Kind::Kept) {
+            of_triangle[t] = stand_ins[t].and_then(|[corner, ..]| of_triangle[corner as usize / 3]);
+        }
 
         let used = mesh.used_vertices();
         let positions = rescaled(mesh.positions());
@@ -128,6 +136,7 @@ impl Components {
             list,
             of_triangle,
             conditioning,
+            stand_ins,
         })
     }
 
@@ -165,87 +174,63 @@ impl Components {
         cuts
     }
 
-    /// The UVs of the whole mesh from those of its components: one per vertex of every
-    /// component's mesh. Triangles of no component lie at (0, 0).
+    /// The maps of the components' meshes that have one UV for each vertex.
     ///
     /// # Errors
-    /// A UV is not finite.
+    /// There are fewer UVs than vertices, or one is not finite.
+    pub fn vertex_maps(&self, uvs: &[Vec<[f32; 2]>]) -> Result<Vec<UvMap>, SurfaceError> {
+        let maps = self.list.iter().zip(uvs);
+        maps.map(|(component, uvs)| UvMap::new(uvs.clone(), component.mesh.triangles().to_vec()))
+            .collect()
+    }
+
+    /// The UVs of the whole mesh from one map for each of its components' meshes.
     ///
-    /// # Panics
-    /// If `mesh` is not the one that was taken apart, or `uvs` do not fit the components.
-    pub fn uv_map(
-        &self,
-        mesh: &TriangleMesh,
-        uvs: &[Vec<[f32; 2]>],
-    ) -> Result<UvMap, SurfaceError> {
-        let welded = weld(mesh.positions());
+    /// A triangle that repeats another takes its UVs corner by corner; one with two corners at
+    /// one position takes those of the edge that it has become, or one UV where no other
+    /// triangle has that edge. Triangles of no component lie at (0, 0).
+    ///
+    /// # Errors
+    /// There are not as many maps as components, or not as many triangles in a map as in the
+    /// mesh of its component.
+    pub fn uv_map(&self, maps: &[UvMap]) -> Result<UvMap, SurfaceError> {
+        let mismatch = |attribute, expected, found| {
+            Err(SurfaceError::LengthMismatch {
+                attribute,
+                expected,
+                found,
+            })
+        };
+        if maps.len() != self.list.len() {
+            return mismatch("UV maps of components", self.list.len(), maps.len());
+        }
         let mut all = vec![[0.0; 2]];
-        let mut index: HashMap<(u32, u32), u32> = HashMap::new();
-        for (c, (component, uvs)) in self.list.iter().zip(uvs).enumerate() {
-            for (&vertex, &uv) in component.vertices.iter().zip(uvs) {
-                index.insert((c as u32, vertex), all.len() as u32);
-                all.push(uv);
+        let mut own = Vec::with_capacity(maps.len());
+        for (component, map) in self.list.iter().zip(maps) {
+            let (expected, found) = (component.mesh.triangles().len(), map.triangles().len());
+            if expected != found {
+                return mismatch("texture coordinate triangles", expected, found);
+            }
+            let first = all.len() as u32;
+            all.extend(map.uvs());
+            own.push(map.triangles().iter().map(move |t| t.map(|i| first + i)));
+        }
+        let is_kept = |t: usize| self.stand_ins[t].is_some_and(|[a, ..]| a as usize / 3 == t);
+        let mut triangles = vec![[0; 3]; self.of_triangle.len()];
+        for (t, component) in self.of_triangle.iter().enumerate() {
+            if let (Some(component), true) = (component, is_kept(t)) {
+                triangles[t] = own[*component as usize].next().unwrap_or_default();
             }
         }
-        let triangles = mesh.triangles().iter().zip(&self.of_triangle);
-        let triangles = triangles.map(|(triangle, component)| match component {
-            Some(component) => triangle.map(|v| index[&(*component, welded[v as usize])]),
-            None => [0; 3],
-        });
-        UvMap::new(all, triangles.collect())
-    }
-}
-
-/// What a triangle is to its component.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Kind {
-    Kept,
-    /// It has the vertices of this earlier triangle.
-    DuplicateOf(u32),
-    /// Two of its corners are one vertex.
-    Collapsed,
-}
-
-fn kinds(triangles: &[[u32; 3]], label: impl Fn(usize) -> u32) -> Vec<Kind> {
-    let mut first: HashMap<(u32, [u32; 3]), u32> = HashMap::new();
-    let kind = |(t, &[a, b, c]): (usize, &[u32; 3])| {
-        if a == b || b == c || c == a {
-            return Kind::Collapsed;
-        }
-        let mut vertices = [a, b, c];
-        vertices.sort_unstable();
-        match *first.entry((label(t), vertices)).or_insert(t as u32) {
-            earlier if earlier as usize == t => Kind::Kept,
-            earlier => Kind::DuplicateOf(earlier),
-        }
-    };
-    triangles.iter().enumerate().map(kind).collect()
-}
-
-/// Gives the triangles that are in no component's mesh the component of their neighbours.
-fn follow_neighbours(
-    of_triangle: &mut [Option<u32>],
-    triangles: &[[u32; 3]],
-    kinds: &[Kind],
-    label: impl Fn(usize) -> u32,
-) {
-    let mut at_vertex: HashMap<(u32, u32), u32> = HashMap::new();
-    if kinds.contains(&Kind::Collapsed) {
-        for (t, triangle) in triangles.iter().enumerate() {
-            if let Some(component) = of_triangle[t] {
-                for &v in triangle {
-                    at_vertex.entry((label(t), v)).or_insert(component);
-                }
+        for t in (0..triangles.len()).filter(|&t| !is_kept(t)) {
+            if let Some(corners) = self.stand_ins[t] {
+                triangles[t] = corners.map(|corner| {
+                    let corner = corner as usize;
+                    triangles[corner / 3][corner % 3]
+                });
             }
         }
-    }
-    for (t, kind) in kinds.iter().enumerate() {
-        let touched = |v: &u32| at_vertex.get(&(label(t), *v)).copied();
-        match kind {
-            Kind::Kept => {}
-            Kind::DuplicateOf(first) => of_triangle[t] = of_triangle[*first as usize],
-            Kind::Collapsed => of_triangle[t] = triangles[t].iter().find_map(touched),
-        }
+        UvMap::new(all, triangles)
     }
 }
 
@@ -548,6 +533,79 @@ mod tests {
         let of_triangle = [Some(0), Some(0), Some(0), Some(1), None, Some(0)];
         assert_eq!(found.of_triangle, of_triangle);
         assert_eq!(found.list[0].mesh.triangles().len(), 1);
+    }
+
+    /// The map of a component with three UVs of its own for each triangle.
+    fn exploded(component: &Component, tag: f32) -> UvMap {
+        let count = component.mesh.triangles().len() as u32;
+        let uvs = (0..3 * count).map(|i| [tag, i as f32]).collect();
+        let triangles = (0..count).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
+        UvMap::new(uvs, triangles.collect()).unwrap()
+    }
+
+    #[test]
+    fn maps_with_seams_reach_every_triangle() {
+        let mut positions = FIVE.to_vec();
+        positions.push(FIVE[1]);
+        positions.push([9.0; 3]);
+        let messy = mesh(
+            &positions,
+            &[
+                [0, 1, 2],
+                [2, 5, 0],
+                [1, 5, 3],
+                [0, 3, 4],
+                [6, 6, 6],
+                [0, 2, 2],
+                [3, 2, 3],
+            ],
+        );
+        let found = components(&messy);
+        assert_eq!(found.list.len(), 2);
+        let maps = [exploded(&found.list[0], 0.0), exploded(&found.list[1], 1.0)];
+        let map = found.uv_map(&maps).unwrap();
+        let corners: Vec<_> = (0..7).map(|t| map.corners(t)).collect();
+        let expected = [
+            [[0.0, 0.0], [0.0, 1.0], [0.0, 2.0]],
+            [[0.0, 2.0], [0.0, 1.0], [0.0, 0.0]],
+            // Both ends of the edge are vertex 1, which the first triangle has.
+            [[0.0, 1.0]; 3],
+            [[1.0, 0.0], [1.0, 1.0], [1.0, 2.0]],
+            [[0.0, 0.0]; 3],
+            [[0.0, 0.0], [0.0, 2.0], [0.0, 2.0]],
+            [[1.0, 1.0]; 3],
+        ];
+        assert_eq!(corners, expected);
+        assert!(found.uv_map(&maps[..1]).is_err());
+        assert!(found.uv_map(&[maps[0].clone(), maps[0].clone()]).is_ok());
+        let torus = components(&shapes::torus(1.0, 0.4, 12, 8));
+        assert!(torus.uv_map(&maps[..1]).is_err());
+    }
+
+    /// The two vertices that a pinched one was split into may have different UVs.
+    #[test]
+    fn the_sides_of_a_pinched_vertex_keep_their_uvs() {
+        let positions = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [1.0, 1.0, 0.0],
+            [2.0, 0.5, 1.0],
+            [1.0, 2.0, 1.0],
+            [-1.0, 1.0, 1.0],
+        ];
+        let strip = mesh(
+            &positions,
+            &[[0, 1, 2], [1, 3, 2], [2, 3, 4], [2, 4, 5], [4, 0, 5]],
+        );
+        let found = components(&strip);
+        let component = &found.list[0];
+        let uvs: Vec<[f32; 2]> = (0..7).map(|i| [i as f32, 1.0]).collect();
+        let maps = found.vertex_maps(std::slice::from_ref(&uvs)).unwrap();
+        let map = found.uv_map(&maps).unwrap();
+        for (t, triangle) in component.mesh.triangles().iter().enumerate() {
+            assert_eq!(map.corners(t), triangle.map(|v| uvs[v as usize]));
+        }
+        assert_ne!(map.corners(0)[0], map.corners(4)[1]);
     }
 
     #[test]

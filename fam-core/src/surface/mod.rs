@@ -6,6 +6,7 @@
 
 mod components;
 pub(crate) mod degenerate;
+mod left_out;
 mod mesh;
 mod normalization;
 mod point_cloud;

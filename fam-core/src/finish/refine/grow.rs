@@ -88,7 +88,8 @@ impl Growth {
         Some(next)
     }
 
-    /// The layout after the one cut that brings most per length.
+    /// The layout after the one cut that brings most per length, of the first few among which
+    /// there is one that is worth it.
     fn best(
         &self,
         problem: &Problem,
@@ -97,19 +98,21 @@ impl Growth {
         bound: f64,
         worth: f64,
     ) -> Option<Layout> {
-        let tried: Vec<(f64, Layout)> = paths
-            .par_iter()
-            .take(TRIED)
-            .filter_map(|path| {
-                let next = problem.extended(layout, path, TRIAL)?;
-                let gain = layout.energy - next.energy.max(bound - SLACK);
-                Some((gain / (cost(problem, path) + OFFSET), next))
-            })
-            .collect();
-        let (rate, next) = tried.into_iter().reduce(|best, other| {
-            if other.0 > best.0 { other } else { best }
-        })?;
-        (rate > worth).then_some(next)
+        paths.chunks(TRIED).find_map(|paths| {
+            let tried: Vec<(f64, Layout)> = paths
+                .par_iter()
+                .filter_map(|path| {
+                    let next = problem.extended(layout, path, TRIAL)?;
+                    let gain = layout.energy - next.energy.max(bound - SLACK);
+                    Some((gain / (cost(problem, path) + OFFSET), next))
+                })
+                .collect();
+            let better = |best: (f64, Layout), other: (f64, Layout)| {
+                if other.0 > best.0 { other } else { best }
+            };
+            let (rate, next) = tried.into_iter().reduce(better)?;
+            (rate > worth).then_some(next)
+        })
     }
 
     /// Paths from places of high distortion to the cut or the boundary, the most promising
@@ -147,7 +150,7 @@ impl Growth {
                 kept.push(v);
             }
         }
-        kept.truncate(2 * TRIED);
+        kept.truncate(4 * TRIED);
         kept.par_iter()
             .filter_map(|&v| cheapest_path(topology, &problem.cost, &[v], |v| reached[v as usize]))
             .filter(|path| !path.is_empty())

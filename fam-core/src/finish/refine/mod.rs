@@ -35,6 +35,9 @@ const CYCLES: usize = 4;
 /// must bring at a seam weight of 1.
 const WORTH: f64 = 0.01;
 
+/// The share of its cost by which a cut must get shorter to be gone over again.
+const LEAST_GAIN: f64 = 0.003;
+
 /// A start.
 const START: Effort = Effort {
     iterations: 60,
@@ -97,7 +100,8 @@ pub fn refined(
         if gain.is_none_or(|gain| gain > 0.0) {
             best = Some(layout);
         }
-        if gain.is_some_and(|gain| gain < 0.003) || problem.steps() > STEPS {
+        let settled = gain.is_some_and(|gain| gain < LEAST_GAIN);
+        if settled || problem.steps() > STEPS {
             break;
         }
     }

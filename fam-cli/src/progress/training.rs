@@ -1,17 +1,15 @@
-//! What the user sees while training runs.
-
-use std::io::IsTerminal;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use fam_core::atlas;
 use fam_core::losses::LossTerm;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::{Display, short};
 
 /// Plain lines printed over one training, when the output is no terminal.
 const PLAIN_LINES: usize = 20;
 
-/// Shows training steps on standard error: a bar on a terminal, else a line now and then.
-pub struct Progress {
+/// Shows training steps.
+pub struct TrainingProgress {
     display: Display,
     iterations: usize,
     started: Instant,
@@ -19,30 +17,12 @@ pub struct Progress {
     seen: usize,
 }
 
-enum Display {
-    Silent,
-    Bar(ProgressBar),
-    Lines,
-}
-
-impl Progress {
+impl TrainingProgress {
     /// Progress of components of `iterations` steps each.
     pub fn new(quiet: bool, iterations: usize) -> Self {
-        let display = if quiet {
-            Display::Silent
-        } else if std::io::stderr().is_terminal() {
-            let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));
-            let template = "{bar:24} {pos}/{len}  {msg}  {eta} left";
-            bar.set_style(
-                ProgressStyle::with_template(template)
-                    .unwrap_or_else(|_| ProgressStyle::default_bar()),
-            );
-            Display::Bar(bar)
-        } else {
-            Display::Lines
-        };
+        let template = "{bar:24} {pos}/{len}  {msg}  {eta} left";
         Self {
-            display,
+            display: Display::new(quiet, template),
             iterations,
             started: Instant::now(),
             seen: 0,
@@ -93,15 +73,6 @@ impl Progress {
         } else {
             format!("{:.0}k points/s", rate / 1e3)
         }
-    }
-}
-
-/// Whole seconds or minutes.
-pub fn short(duration: Duration) -> String {
-    let seconds = duration.as_secs_f64().round() as u64;
-    match seconds {
-        0..=99 => format!("{seconds}s"),
-        _ => format!("{}m{:02}s", seconds / 60, seconds % 60),
     }
 }
 

@@ -1,0 +1,43 @@
+//! What options may be set to.
+
+use clap::ValueEnum;
+use fam_core::jacobian::JacobianMode;
+use fam_core::losses::Objective;
+use fam_core::sampling::Sampling;
+use fam_core::seams::SeamRule;
+use fam_core::training::Ablation;
+use fam_io::Format;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Preset {
+    Fast,
+    Paper,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum BackendName {
+    Auto,
+    Ndarray,
+    Wgpu,
+}
+
+/// Command-line names for a type of the library.
+macro_rules! names {
+    ($name:ident for $of:ident { $($variant:ident),+ }) => {
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+        pub enum $name { $($variant),+ }
+
+        impl From<$name> for $of {
+            fn from(name: $name) -> Self {
+                match name { $($name::$variant => $of::$variant),+ }
+            }
+        }
+    };
+}
+
+names!(FormatName for Format { Glb, Gltf, Obj, Off, Ply, Xyz });
+names!(JacobianName for JacobianMode { DoubleBackward, ForwardTangent });
+names!(ObjectiveName for Objective { Paper, Reference });
+names!(SamplingName for Sampling { PoissonDisk, Vertices });
+names!(Part for Ablation { DeformBranch, UnwrapBranch, CutNet });
+names!(SeamRuleName for SeamRule { Spacing, Paper });

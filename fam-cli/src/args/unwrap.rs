@@ -1,0 +1,195 @@
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::names::{
+    BackendName, FormatName, JacobianName, ObjectiveName, Part, Preset, SamplingName, SeamRuleName,
+};
+use crate::config::FinishMode;
+
+/// Train on a surface and write its UVs, seams, pictures and metrics.
+///
+/// The map that training ends with is finished: cut along edges (those near the map's own tears
+/// first), flattened without flips and overlaps, cut further until the distortion is within its
+/// bound, and packed.
+///
+/// Reads GLB, glTF, OBJ, OFF, PLY, STL and XYZ, whatever the extension says; files without
+/// faces are point clouds. Writes a folder with the input and its UVs, seams.json and
+/// seams.obj, metrics.json, model.safetensors (for `fam map`), config.toml (for --config),
+/// uv.png and preview.png. Ctrl-C stops training or finishing early and still writes all of them.
+///
+/// Several inputs, a folder or a pattern are a batch: every file is tried and gets a folder of
+/// its own, and a table says what came of each. Started again, it skips what is done.
+///
+/// Exit codes: 0 done, 1 training or writing failed (or any file of a batch), 2 bad input or
+/// usage, 130 interrupted.
+#[derive(Debug, Args)]
+pub struct Unwrap {
+    /// Meshes and point clouds to flatten, folders of them, or patterns such as 'scans/*.ply';
+    /// the built-in sample if left out
+    #[arg(value_name = "INPUT")]
+    pub inputs: Vec<PathBuf>,
+
+    /// Folder for the results; for a batch, the folder that their folders are in [default: the
+    /// current folder, and in it INPUT's stem with .fam]
+    #[arg(short, long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Format of the mesh or cloud with UVs [default: that of the input; OBJ for STL]
+    #[arg(long, value_enum)]
+    pub format: Option<FormatName>,
+
+    /// glTF: the texture coordinate set that takes the UVs; the others are kept
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=7))]
+    pub uv_set: u32,
+
+    /// glTF: give every mesh a checker texture, so that any viewer shows the result
+    #[arg(long)]
+    pub checker: bool,
+
+    /// glTF: add the seams as lines
+    #[arg(long)]
+    pub seam_lines: bool,
+
+    /// Give every material a UV square of its own; else all share one
+    #[arg(long)]
+    pub per_material: bool,
+
+    /// Batch: also redo what is done
+    #[arg(long)]
+    pub force: bool,
+
+    /// Where the configuration starts from: `fast` takes minutes on a CPU, `paper` is the
+    /// paper's (hours on a CPU)
+    #[arg(long, value_enum, default_value_t = Preset::Fast)]
+    pub preset: Preset,
+
+    /// TOML file that overrides the preset; a config.toml of an earlier run serves
+    #[arg(long, value_name = "FILE.toml")]
+    pub config: Option<PathBuf>,
+
+    /// What computes: `auto` takes a real GPU if there is one, else the CPU
+    #[arg(long, value_enum, default_value_t = BackendName::Auto)]
+    pub backend: BackendName,
+
+    /// Points per iteration
+    #[arg(long, value_name = "N")]
+    pub points: Option<usize>,
+
+    /// Training iterations
+    #[arg(long, value_name = "N")]
+    pub iterations: Option<usize>,
+
+    /// Seed; the same seed on the same CPU gives the same files
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+
+    /// How the distortion term is differentiated; both give the same result
+    #[arg(long, value_enum)]
+    pub jacobian: Option<JacobianName>,
+
+    /// Loss formulation: the paper's, or that of the authors' program
+    #[arg(long, value_enum)]
+    pub objective: Option<ObjectiveName>,
+
+    /// Points of a mesh: spread over its area, or its vertices drawn anew each iteration
+    #[arg(long, value_enum)]
+    pub sampling: Option<SamplingName>,
+
+    /// Leave a part of the method out (the paper's ablations)
+    #[arg(long, value_enum, value_name = "PART")]
+    pub without: Option<Part>,
+
+    /// Ignore the normals of the input
+    #[arg(long)]
+    pub no_normals: bool,
+
+    /// What counts as torn in a cloud or a raw map: `spacing` adapts the paper's threshold to
+    /// the density of points, `paper` takes 2 % of the UV square as it is
+    #[arg(long, value_enum, default_value_t = SeamRuleName::Spacing)]
+    pub seam_rule: SeamRuleName,
+
+    /// What becomes of the map that training ends with: `full` finishes it, `none` leaves it as
+    /// it is, with triangles smeared across its tears [default: full]
+    #[arg(long, value_enum, help_heading = "Finishing")]
+    pub finish: Option<FinishMode>,
+
+    /// Distortion up to which seams are added: the mean symmetric Dirichlet energy, 4 for none at
+    /// all [default: 4.1]
+    #[arg(
+        long,
+        value_name = "ENERGY",
+        help_heading = "Finishing",
+        allow_negative_numbers = true
+    )]
+    pub distortion_bound: Option<f64>,
+
+    /// What seams cost against distortion: the higher, the fewer above the bound [default: 1]
+    #[arg(
+        long,
+        value_name = "WEIGHT",
+        help_heading = "Finishing",
+        allow_negative_numbers = true
+    )]
+    pub seam_weight: Option<f64>,
+
+    /// Most charts for each connected piece of a mesh [default: 10]
+    #[arg(long, value_name = "N", help_heading = "Finishing")]
+    pub max_charts: Option<usize>,
+
+    /// Empty texels between charts [default: 4]
+    #[arg(
+        long,
+        value_name = "TEXELS",
+        help_heading = "Finishing",
+        allow_negative_numbers = true
+    )]
+    pub margin: Option<f64>,
+
+    /// Texels along a side of the texture that the margin is meant for [default: 2048]
+    #[arg(long, value_name = "TEXELS", help_heading = "Finishing")]
+    pub resolution: Option<u32>,
+
+    /// No progress on standard error
+    #[arg(short, long)]
+    pub quiet: bool,
+
+    /// Print a summary as JSON on standard output
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl Default for Unwrap {
+    fn default() -> Self {
+        Self {
+            inputs: Vec::new(),
+            out: None,
+            format: None,
+            uv_set: 0,
+            checker: false,
+            seam_lines: false,
+            per_material: false,
+            force: false,
+            preset: Preset::Fast,
+            config: None,
+            backend: BackendName::Auto,
+            points: None,
+            iterations: None,
+            seed: None,
+            jacobian: None,
+            objective: None,
+            sampling: None,
+            without: None,
+            no_normals: false,
+            seam_rule: SeamRuleName::Spacing,
+            finish: None,
+            distortion_bound: None,
+            seam_weight: None,
+            max_charts: None,
+            margin: None,
+            resolution: None,
+            quiet: false,
+            json: false,
+        }
+    }
+}

@@ -1,0 +1,42 @@
+mod batch;
+mod fingerprint;
+mod run;
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use fam_core::surface::{Surface, shapes};
+use fam_io::Document;
+
+use crate::args;
+use crate::failure::Failure;
+use crate::inputs::Inputs;
+use run::Run;
+
+/// Trains on surfaces and writes their UVs and all that goes with them.
+pub fn unwrap(arguments: args::Unwrap) -> Result<ExitCode, Failure> {
+    match Inputs::collect(&arguments.inputs, arguments.out.as_deref())? {
+        Inputs::Sample => {
+            let run = Run::new(arguments)?;
+            // Closed and of genus 1, so that seams have to be found.
+            let document = Document::of_surface(Surface::Mesh(shapes::torus(1.0, 0.4, 96, 48)));
+            run.single(&document, "the built-in sample", "sample", None)
+        }
+        Inputs::One(path) => {
+            let document = fam_io::read_surface(&path).map_err(Failure::input)?;
+            let run = Run::new(arguments)?;
+            run.single(
+                &document,
+                &path.display().to_string(),
+                &stem(&path),
+                Some(&path),
+            )
+        }
+        Inputs::Batch { files, failed } => Run::new(arguments)?.batch(&files, failed),
+    }
+}
+
+fn stem(path: &Path) -> String {
+    let stem = path.file_stem().unwrap_or(path.as_os_str());
+    stem.to_string_lossy().into_owned()
+}

@@ -1,0 +1,177 @@
+//! From the raw map of a surface to the UVs that are written.
+
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use fam_core::finish::{
+    FinishConfig, FinishProgress, FinishedAtlas, FinishedCloud, Guidance, finish, finish_cloud,
+};
+use fam_core::seams::{SeamRule, SeamThreshold, Seams};
+use fam_core::surface::{Components, PointCloud, Surface, SurfaceError, UvMap};
+use fam_io::Uvs;
+
+use crate::config::{FinishMode, Finishing};
+use crate::failure::Failure;
+use crate::flatten::Flattened;
+use crate::progress::FinishingProgress;
+
+/// What to finish, and how.
+pub struct Finish<'a> {
+    pub settings: &'a Finishing,
+    pub surface: &'a Surface,
+    /// The UV square of every label.
+    pub squares: &'a [u32],
+    pub seam_rule: SeamRule,
+    pub quiet: bool,
+    pub stop: &'a AtomicBool,
+}
+
+/// The UVs of a surface and where they cut it.
+pub struct Layout {
+    pub uvs: Uvs,
+    pub seams: Seams,
+    /// What counted as torn, where the seams are tears.
+    pub thresholds: Vec<Option<SeamThreshold>>,
+    /// None if the map was left as it is.
+    pub finished: Option<Finished>,
+}
+
+/// How a surface was finished.
+pub struct Finished {
+    pub config: FinishConfig,
+    pub stopped: bool,
+    pub outcome: Outcome,
+}
+
+/// What finishing came to.
+pub enum Outcome {
+    Mesh {
+        raw: UvMap,
+        atlas: FinishedAtlas,
+    },
+    Cloud {
+        /// Points with the UVs of the raw map.
+        unreached: usize,
+    },
+}
+
+impl Finish<'_> {
+    /// Finishes the raw map, or leaves it as it is.
+    pub fn run(&self, flattened: &Flattened) -> Result<Layout, Failure> {
+        let layout = match (self.surface, &flattened.components) {
+            (Surface::Mesh(_), Some(components)) => self.mesh(flattened, components),
+            (Surface::PointCloud(cloud), _) => self.cloud(flattened, cloud),
+            _ => return Err(Failure::work("the mesh has no components")),
+        };
+        layout.map_err(Failure::work)
+    }
+
+    fn mesh(&self, flattened: &Flattened, components: &Components) -> Result<Layout, SurfaceError> {
+        let raw = components.uv_map(&components.vertex_maps(&flattened.uvs)?)?;
+        if self.settings.mode == FinishMode::None {
+            return Ok(left(flattened, Uvs::Mesh(raw)));
+        }
+        let atlas = Watched::new(self.quiet, self.stop).mesh(
+            &self.settings.config,
+            components,
+            &flattened.uvs,
+            Guidance::Tears,
+            self.squares,
+        );
+        let maps: Vec<UvMap> = atlas.components.iter().map(|c| c.uvs.clone()).collect();
+        Ok(Layout {
+            uvs: Uvs::Mesh(components.uv_map(&maps)?),
+            seams: Seams::of_components(components, &maps, &flattened.cuts)?,
+            thresholds: vec![None; maps.len()],
+            finished: Some(self.finished(Outcome::Mesh { raw, atlas })),
+        })
+    }
+
+    fn cloud(&self, flattened: &Flattened, cloud: &PointCloud) -> Result<Layout, SurfaceError> {
+        let raw = &flattened.uvs[0];
+        if self.settings.mode == FinishMode::None {
+            return Ok(left(flattened, Uvs::Points(raw.clone())));
+        }
+        let points = cloud.points();
+        let watched = Watched::new(self.quiet, self.stop);
+        let FinishedCloud { uvs, unreached } = watched.cloud(&self.settings.config, points, raw);
+        let normalization = self.surface.normalization()?;
+        let placed: Vec<_> = points.iter().map(|&p| normalization.apply(p)).collect();
+        let threshold = SeamThreshold::of(self.seam_rule, &placed, &uvs);
+        let in_input_units = SeamThreshold {
+            spacing: threshold.spacing.map(|s| s * normalization.radius),
+            ..threshold
+        };
+        Ok(Layout {
+            seams: Seams::of_points(&placed, &uvs, threshold),
+            thresholds: vec![Some(in_input_units)],
+            uvs: Uvs::Points(uvs),
+            finished: Some(self.finished(Outcome::Cloud { unreached })),
+        })
+    }
+
+    fn finished(&self, outcome: Outcome) -> Finished {
+        Finished {
+            config: self.settings.config.clone(),
+            stopped: self.stop.load(Ordering::Relaxed),
+            outcome,
+        }
+    }
+}
+
+fn left(flattened: &Flattened, uvs: Uvs) -> Layout {
+    Layout {
+        uvs,
+        seams: flattened.seams.clone(),
+        thresholds: flattened.thresholds.clone(),
+        finished: None,
+    }
+}
+
+/// Finishing that the user sees and can stop.
+pub struct Watched<'a> {
+    progress: FinishingProgress,
+    stop: &'a AtomicBool,
+}
+
+impl<'a> Watched<'a> {
+    pub fn new(quiet: bool, stop: &'a AtomicBool) -> Self {
+        Self {
+            progress: FinishingProgress::new(quiet),
+            stop,
+        }
+    }
+
+    pub fn mesh(
+        mut self,
+        config: &FinishConfig,
+        components: &Components,
+        raw: &[Vec<[f32; 2]>],
+        guidance: Guidance,
+        squares: &[u32],
+    ) -> FinishedAtlas {
+        let mut observe = |now| self.observe(now);
+        let atlas = finish(config, components, raw, guidance, squares, &mut observe);
+        self.progress.finish();
+        atlas
+    }
+
+    pub fn cloud(
+        mut self,
+        config: &FinishConfig,
+        points: &[[f64; 3]],
+        raw: &[[f32; 2]],
+    ) -> FinishedCloud {
+        let cloud = finish_cloud(config, points, raw, &mut |now| self.observe(now));
+        self.progress.finish();
+        cloud
+    }
+
+    fn observe(&mut self, now: FinishProgress) -> ControlFlow<()> {
+        self.progress.show(&now);
+        match self.stop.load(Ordering::Relaxed) {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    }
+}

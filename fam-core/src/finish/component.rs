@@ -1,0 +1,150 @@
+//! One component, cut into charts and flattened.
+
+use std::collections::HashMap;
+
+use super::layout::Layout;
+use super::patch::Patch;
+use super::refine::{Goal, refined};
+use super::split::split;
+use super::tears::tear_costs;
+use super::{FinishConfig, Guidance};
+use crate::surface::{Components, TriangleMesh};
+
+/// A flat piece of a component.
+pub struct FlatChart {
+    /// Coordinates in units of length on the surface.
+    pub uvs: Vec<[f64; 2]>,
+    /// Indices into them.
+    pub triangles: Vec<[u32; 3]>,
+    /// For every triangle that of the component.
+    pub source: Vec<u32>,
+    /// Its mean symmetric Dirichlet energy.
+    pub energy: f64,
+}
+
+/// A part of the component that is still to be flattened.
+struct Part {
+    mesh: TriangleMesh,
+    /// For every vertex and triangle that of the component.
+    vertices: Vec<u32>,
+    triangles: Vec<u32>,
+}
+
+/// Cuts a component's mesh into as few charts as it takes and flattens them. `raw` has its
+/// UVs by the network; `proceed` sees energy and seam length (over the square root of the
+/// area) on the way and says whether to go on refining.
+///
+/// A part that has no valid layout in one piece is divided, down to single triangles if it must
+/// be; one that stays above the distortion bound too, as long as there are not too many charts.
+pub fn flat_charts(
+    config: &FinishConfig,
+    mesh: &TriangleMesh,
+    raw: &[[f32; 2]],
+    guidance: Guidance,
+    proceed: &mut dyn FnMut(f64, f64) -> bool,
+) -> Vec<FlatChart> {
+    let goal = Goal {
+        bound: config.distortion_bound,
+        seam_weight: config.seam_weight,
+    };
+    let mut charts = Vec::new();
+    let mut parts = vec![Part {
+        mesh: mesh.clone(),
+        vertices: (0..mesh.positions().len() as u32).collect(),
+        triangles: (0..mesh.triangles().len() as u32).collect(),
+    }];
+    let mut going = true;
+    while let Some(part) = parts.pop() {
+        let patch = Patch::of(&part.mesh);
+        let own: Vec<[f32; 2]> = part.vertices.iter().map(|&v| raw[v as usize]).collect();
+        let cost = match guidance {
+            Guidance::Tears => tear_costs(&patch, &own),
+            Guidance::None => patch.lengths.clone(),
+        };
+        let layout = refined(&patch, cost, &goal, |layout| {
+            going = going && proceed(layout.energy, layout.cut.cost(&patch.lengths));
+            going
+        });
+        let room = charts.len() + parts.len() + 1 < config.max_charts && going;
+        let layout = match layout {
+            Ok(layout) if layout.energy <= goal.bound || !room => Some(layout),
+            Ok(_) | Err(_) => None,
+        };
+        match layout {
+            Some(layout) => charts.push(chart(&part, &patch, layout)),
+            None if part.triangles.len() > 1 => parts.extend(halves(&part, &patch)),
+            // A single triangle always has a layout.
+            None => {}
+        }
+    }
+    charts
+}
+
+/// A layout with the winding of the part's triangles and in units of the surface.
+fn chart(part: &Part, patch: &Patch, layout: Layout) -> FlatChart {
+    let opened = &layout.opened;
+    let triangles = std::iter::zip(part.mesh.triangles(), opened.topology.triangles())
+        .map(|(corners, open)| {
+            corners.map(|corner| {
+                let is_corner =
+                    |v: &&u32| patch.source[opened.source[**v as usize] as usize] == corner;
+                open.iter().find(is_corner).copied().unwrap_or(open[0])
+            })
+        })
+        .collect();
+    FlatChart {
+        uvs: layout
+            .uv
+            .iter()
+            .map(|q| q.map(|c| c / patch.scale))
+            .collect(),
+        triangles,
+        source: part.triangles.clone(),
+        energy: layout.energy,
+    }
+}
+
+/// The pieces that a part falls into when it is divided.
+fn halves(part: &Part, patch: &Patch) -> Vec<Part> {
+    let beyond = split(patch);
+    let mut pieces = Vec::new();
+    for side in [false, true] {
+        let chosen: Vec<usize> = (0..beyond.len()).filter(|&t| beyond[t] == side).collect();
+        let mut index: HashMap<u32, u32> = HashMap::new();
+        let mut vertices = Vec::new();
+        let mut compact = |v: u32| {
+            *index.entry(v).or_insert_with(|| {
+                vertices.push(v);
+                vertices.len() as u32 - 1
+            })
+        };
+        let triangles: Vec<[u32; 3]> = chosen
+            .iter()
+            .map(|&t| part.mesh.triangles()[t].map(&mut compact))
+            .collect();
+        let positions = vertices
+            .iter()
+            .map(|&v| part.mesh.positions()[v as usize])
+            .collect();
+        let Ok(components) = TriangleMesh::new(positions, triangles)
+            .and_then(|mesh| Components::of(&mesh, &[]))
+        else {
+            continue;
+        };
+        for (number, component) in components.list.into_iter().enumerate() {
+            let own = (0..chosen.len())
+                .filter(|&k| components.of_triangle[k] == Some(number as u32))
+                .map(|k| part.triangles[chosen[k]]);
+            pieces.push(Part {
+                triangles: own.collect(),
+                vertices: component
+                    .vertices
+                    .iter()
+                    .map(|&v| part.vertices[vertices[v as usize] as usize])
+                    .collect(),
+                mesh: component.mesh,
+            });
+        }
+    }
+    pieces
+}

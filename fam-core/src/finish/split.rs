@@ -1,0 +1,92 @@
+//! A surface divided in two where it is narrow.
+
+use super::cut::paths::distances;
+use super::patch::Patch;
+
+/// The smaller part has at least this share of the area.
+const LEAST_SHARE: f64 = 0.2;
+
+/// Which triangles lie beyond the shortest contour of the distance from one end of a patch;
+/// some do and some do not if there are two or more.
+pub fn split(patch: &Patch) -> Vec<bool> {
+    let topology = &patch.topology;
+    let count = topology.triangles().len();
+    let farthest = |from: u32| {
+        let distance = distances(topology, &patch.lengths, &[from]);
+        let end = (0..distance.len() as u32)
+            .max_by(|&a, &b| distance[a as usize].total_cmp(&distance[b as usize]));
+        (distance, end.unwrap_or(from))
+    };
+    let (_, end) = farthest(0);
+    let (distance, _) = farthest(end);
+    let height = |t: usize| -> f64 {
+        topology.triangles()[t].iter().map(|&v| distance[v as usize]).sum()
+    };
+    let mut order: Vec<usize> = (0..count).collect();
+    order.sort_by(|&a, &b| height(a).total_cmp(&height(b)).then(a.cmp(&b)));
+    let mut rank = vec![0; count];
+    for (position, &t) in order.iter().enumerate() {
+        rank[t] = position;
+    }
+    // The length of the contour below every place in the order: of the edges that cross it.
+    let mut change = vec![0.0; count + 1];
+    for h in topology.edges() {
+        if let Some(twin) = topology.twin(h) {
+            let (a, b) = (rank[h as usize / 3], rank[twin as usize / 3]);
+            change[a.min(b) + 1] += patch.lengths[h as usize];
+            change[a.max(b) + 1] -= patch.lengths[h as usize];
+        }
+    }
+    let total: f64 = patch.areas.iter().sum();
+    let (mut area, mut length) = (0.0, 0.0);
+    let mut best = (f64::INFINITY, count / 2);
+    for place in 1..count {
+        area += patch.areas[order[place - 1]];
+        length += change[place];
+        let share = area.min(total - area);
+        if share >= LEAST_SHARE * total && length < best.0 {
+            best = (length, place);
+        }
+    }
+    rank.into_iter().map(|rank| rank >= best.1).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface::shapes;
+
+    #[test]
+    fn both_parts_have_their_share() {
+        for mesh in [
+            shapes::torus(1.0, 0.3, 30, 14),
+            shapes::rectangle(5.0, 1.0, 40, 8),
+            shapes::rectangle(1.0, 1.0, 1, 1),
+        ] {
+            let patch = Patch::of(&mesh);
+            let beyond = split(&patch);
+            let share: f64 = (0..beyond.len())
+                .filter(|&t| beyond[t])
+                .map(|t| patch.areas[t])
+                .sum();
+            assert!((0.19..0.81).contains(&share), "{share}");
+        }
+    }
+
+    /// A long strip is divided across.
+    #[test]
+    fn the_contour_is_short() {
+        let patch = Patch::of(&shapes::rectangle(8.0, 1.0, 64, 8));
+        let beyond = split(&patch);
+        let length: f64 = patch
+            .topology
+            .edges()
+            .filter(|&h| {
+                let twin = patch.topology.twin(h);
+                twin.is_some_and(|twin| beyond[h as usize / 3] != beyond[twin as usize / 3])
+            })
+            .map(|h| patch.lengths[h as usize])
+            .sum();
+        assert!(length < 2.0 / 8.0_f64.sqrt(), "{length}");
+    }
+}

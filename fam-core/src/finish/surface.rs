@@ -1,0 +1,209 @@
+use std::ops::ControlFlow;
+
+use super::cloud::Reconstruction;
+use super::component::{FlatChart, flat_charts};
+use super::pack::{Chart, pack, to_f32};
+use super::{
+    FinishConfig, FinishProgress, Finished, FinishedAtlas, FinishedCloud, Guidance, Stage,
+};
+use crate::surface::vector::{length, sub};
+use crate::surface::{Component, Components, TriangleMesh, UvMap};
+
+/// Finishes the raw map of a mesh: `raw` has one UV for each vertex of every component,
+/// `squares` the UV square of every label (empty if all share one). After `observe` breaks off,
+/// nothing is refined any more; the result is valid all the same.
+///
+/// # Panics
+/// If `raw` does not fit the components.
+pub fn finish(
+    config: &FinishConfig,
+    components: &Components,
+    raw: &[Vec<[f32; 2]>],
+    guidance: Guidance,
+    squares: &[u32],
+    observe: &mut dyn FnMut(FinishProgress) -> ControlFlow<()>,
+) -> FinishedAtlas {
+    let list = &components.list;
+    let meshes = at_one_scale(list);
+    let mut going = true;
+    let mut progress = |component: usize, stage: Stage, energy: f64, seam_length: f64| {
+        let now = FinishProgress {
+            component,
+            components: list.len(),
+            stage,
+            energy,
+            seam_length,
+        };
+        going = going && observe(now).is_continue();
+        going
+    };
+    let charts: Vec<Vec<FlatChart>> = meshes
+        .iter()
+        .zip(raw)
+        .enumerate()
+        .map(|(i, (mesh, raw))| {
+            flat_charts(config, mesh, raw, guidance, &mut |energy, seam_length| {
+                progress(i, Stage::Refine, energy, seam_length)
+            })
+        })
+        .collect();
+    progress(list.len().saturating_sub(1), Stage::Pack, 0.0, 0.0);
+    let square = |c: usize| squares.get(list[c].label as usize).copied().unwrap_or(0);
+    let count = (0..list.len()).map(square).max().map_or(1, |last| last as usize + 1);
+    let mut uvs: Vec<Vec<Vec<[f32; 2]>>> = charts.iter().map(|_| Vec::new()).collect();
+    let mut coverage = vec![0.0; count];
+    for (number, coverage) in coverage.iter_mut().enumerate() {
+        let members: Vec<(usize, Chart)> = charts
+            .iter()
+            .enumerate()
+            .filter(|(c, _)| square(*c) as usize == number)
+            .flat_map(|(c, charts)| charts.iter().map(move |chart| (c, chart)))
+            .filter_map(|(c, chart)| Some((c, Chart::new(&chart.uvs, &chart.triangles).ok()?)))
+            .collect();
+        let own: Vec<Chart> = members.iter().map(|(_, chart)| *chart).collect();
+        let packing = pack(&own, config.margin, config.resolution);
+        *coverage = packing.coverage;
+        if let Ok(rounded) = to_f32(&own, &packing) {
+            for ((c, _), placed) in members.iter().zip(rounded.uvs) {
+                uvs[*c].push(placed);
+            }
+        }
+    }
+    let finished = list
+        .iter()
+        .zip(charts)
+        .zip(uvs)
+        .map(|((component, charts), uvs)| finished(component, &charts, &uvs))
+        .collect();
+    FinishedAtlas {
+        components: finished,
+        coverage,
+    }
+}
+
+/// The meshes of components in a common unit in which the largest has an extent of 1, so that
+/// no square of a length overflows.
+fn at_one_scale(list: &[Component]) -> Vec<TriangleMesh> {
+    let low_and_high = |mesh: &TriangleMesh, axis: usize| {
+        let along = mesh.positions().iter().map(|p| p[axis]);
+        along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| {
+            (low.min(c), high.max(c))
+        })
+    };
+    let extent = |mesh: &TriangleMesh| {
+        let side = |axis| {
+            let (low, high) = low_and_high(mesh, axis);
+            0.5 * high - 0.5 * low
+        };
+        (0..3).map(side).fold(0.0, f64::max)
+    };
+    let unit = list.iter().map(|c| extent(&c.mesh)).fold(0.0, f64::max);
+    let unit = if unit > 0.0 { unit } else { 1.0 };
+    list.iter()
+        .map(|component| {
+            let mesh = &component.mesh;
+            let low = [0, 1, 2].map(|axis| low_and_high(mesh, axis).0);
+            let place = |p: &[f64; 3]| [0, 1, 2].map(|a| (0.5 * p[a] - 0.5 * low[a]) / unit);
+            let positions = mesh.positions().iter().map(place).collect();
+            TriangleMesh::new(positions, mesh.triangles().to_vec())
+                .unwrap_or_else(|_| mesh.clone())
+        })
+        .collect()
+}
+
+/// A component put together from its charts; triangles of none lie at (0, 0).
+fn finished(component: &Component, charts: &[FlatChart], placed: &[Vec<[f32; 2]>]) -> Finished {
+    let mesh = &component.mesh;
+    let mut uvs = Vec::new();
+    let mut triangles = vec![[0; 3]; mesh.triangles().len()];
+    for (chart, placed) in charts.iter().zip(placed) {
+        let first = uvs.len() as u32;
+        uvs.extend(placed);
+        for (corners, &t) in chart.triangles.iter().zip(&chart.source) {
+            triangles[t as usize] = corners.map(|v| first + v);
+        }
+    }
+    if uvs.is_empty() {
+        uvs.push([0.0; 2]);
+    }
+    let areas = mesh.triangle_areas();
+    let share = |chart: &FlatChart| chart.source.iter().map(|&t| areas[t as usize]).sum::<f64>();
+    let total: f64 = charts.iter().map(share).sum();
+    let sum: f64 = charts.iter().map(|chart| share(chart) * chart.energy).sum();
+    Finished {
+        seam_length: seam_length(mesh, &triangles),
+        charts: charts.len(),
+        energy: if total > 0.0 { sum / total } else { f64::INFINITY },
+        uvs: UvMap::new(uvs, triangles).unwrap_or_else(|_| flat(mesh)),
+    }
+}
+
+/// A map without any extent.
+fn flat(mesh: &TriangleMesh) -> UvMap {
+    let none = UvMap::new(vec![[0.0; 2]], vec![[0; 3]; mesh.triangles().len()]);
+    none.unwrap_or_else(|error| unreachable!("{error}"))
+}
+
+/// The length of the edges whose two sides lie apart in the plane.
+fn seam_length(mesh: &TriangleMesh, uv_triangles: &[[u32; 3]]) -> f64 {
+    let mut sides: Vec<([u32; 2], [u32; 2])> = mesh
+        .triangles()
+        .iter()
+        .zip(uv_triangles)
+        .flat_map(|(t, uv)| {
+            [(0, 1), (1, 2), (2, 0)].map(|(i, j)| {
+                let (i, j) = if t[i] < t[j] { (i, j) } else { (j, i) };
+                ([t[i], t[j]], [uv[i], uv[j]])
+            })
+        })
+        .collect();
+    sides.sort_unstable();
+    let apart = |pair: &&[([u32; 2], [u32; 2])]| pair.len() == 2 && pair[0].1 != pair[1].1;
+    let at = |v: u32| mesh.positions()[v as usize];
+    sides
+        .chunk_by(|a, b| a.0 == b.0)
+        .filter(apart)
+        .map(|pair| pair[0].0)
+        .map(|[a, b]| length(sub(at(b), at(a))))
+        .sum()
+}
+
+/// Finishes the raw map of a point cloud, one UV for each point, as [`finish`] does a mesh's:
+/// the surface through the points is cut as little as the bound allows, and each point has the
+/// UV of one of its triangles.
+pub fn finish_cloud(
+    config: &FinishConfig,
+    points: &[[f64; 3]],
+    raw: &[[f32; 2]],
+    observe: &mut dyn FnMut(FinishProgress) -> ControlFlow<()>,
+) -> FinishedCloud {
+    let unfinished = || FinishedCloud {
+        uvs: raw.to_vec(),
+        unreached: points.len(),
+    };
+    let Ok(reconstruction) = Reconstruction::of(points, raw) else {
+        return unfinished();
+    };
+    let Ok(components) = Components::of(&reconstruction.mesh, &[]) else {
+        return unfinished();
+    };
+    let own: Vec<Vec<[f32; 2]>> = components
+        .list
+        .iter()
+        .map(|component| component.vertices.iter().map(|&v| raw[v as usize]).collect())
+        .collect();
+    let atlas = finish(config, &components, &own, Guidance::Tears, &[], observe);
+    let mut placed: Vec<Option<[f32; 2]>> = vec![None; points.len()];
+    for (component, finished) in components.list.iter().zip(&atlas.components) {
+        let corners = component.mesh.triangles().iter().flatten();
+        for (&v, &q) in corners.zip(finished.uvs.triangles().iter().flatten()) {
+            placed[component.vertices[v as usize] as usize].get_or_insert(finished.uvs.uvs()[q as usize]);
+        }
+    }
+    let of_point = |vertex: &Option<u32>| placed[(*vertex)? as usize];
+    let uvs: Vec<Option<[f32; 2]>> = reconstruction.vertices.iter().map(of_point).collect();
+    FinishedCloud {
+        unreached: uvs.iter().filter(|uv| uv.is_none()).count(),
+        uvs: uvs.iter().zip(raw).map(|(uv, raw)| uv.unwrap_or(*raw)).collect(),
+    }
+}
