@@ -92,7 +92,7 @@ pub fn refined(
         };
         let mut layout = grown(&problem, &growth, layout, goal, &mut proceed);
         let _ = problem.relax(&mut layout, LAST);
-        if layout.energy <= goal.bound {
+        if layout.is_within(goal.bound) {
             layout = shortened(&problem, layout, goal.bound, &mut proceed);
         }
         let gain = best.as_ref().map(|best| gain(&problem, best, &layout, goal.bound));
@@ -110,9 +110,11 @@ pub fn refined(
 
 /// By how much a layout is better than another: less above the bound, or a shorter cut.
 fn gain(problem: &Problem, old: &Layout, new: &Layout, bound: f64) -> f64 {
-    let above = |layout: &Layout| (layout.energy - bound).max(0.0);
-    if above(old) > 0.0 || above(new) > 0.0 {
-        return above(old) - above(new);
+    match (old.is_within(bound), new.is_within(bound)) {
+        (true, true) => {}
+        (false, true) => return f64::INFINITY,
+        (true, false) => return f64::NEG_INFINITY,
+        (false, false) => return old.energy - new.energy,
     }
     1.0 - problem.cost_of(new) / problem.cost_of(old)
 }
@@ -126,7 +128,7 @@ fn grown(
     proceed: &mut impl FnMut(&Layout) -> bool,
 ) -> Layout {
     for _ in 0..ROUNDS {
-        if layout.energy <= goal.bound || !proceed(&layout) {
+        if layout.is_within(goal.bound) || !proceed(&layout) {
             break;
         }
         match growth.round(problem, &layout, goal.bound, goal.seam_weight * WORTH) {
