@@ -67,7 +67,7 @@ pub fn flat_charts(
         });
         let room = charts.len() + parts.len() + 1 < config.max_charts && going;
         let layout = match layout {
-            Ok(layout) if layout.energy <= goal.bound || !room => Some(layout),
+            Ok(layout) if layout.is_within(goal.bound) || !room => Some(layout),
             Ok(_) | Err(_) => None,
         };
         match layout {

@@ -14,7 +14,26 @@ pub struct Layout {
     pub uv: Vec<[f64; 2]>,
     /// Mean symmetric Dirichlet energy at the best scale.
     pub energy: f64,
+    /// Area distortion: `exp` of the mean absolute logarithm of the areas' ratio.
+    pub area_distortion: f64,
 }
+
+/// The area distortion that goes with the mean energy of [`ORDINARY_EXCESS`] above an isometry
+/// in a good layout.
+const ORDINARY_AREA: f64 = 1.12;
+const ORDINARY_EXCESS: f64 = 0.1;
+
+impl Layout {
+    /// Whether the distortion is within a bound: the energy, and the area distortion that goes
+    /// with it. For small distortions the energy grows as its square.
+    pub fn is_within(&self, bound: f64) -> bool {
+        let area = ORDINARY_AREA.ln() * ((bound - 4.0) / ORDINARY_EXCESS).max(0.0).sqrt();
+        self.energy <= bound && self.area_distortion.ln() <= area.max(LEAST_AREA)
+    }
+}
+
+/// Rounding, of the logarithm of the area distortion.
+const LEAST_AREA: f64 = 1e-3;
 
 impl Layout {
     /// The same coordinates over another cut of the same patch: vertices that are split have
@@ -39,6 +58,7 @@ impl Layout {
             opened,
             uv: sums.into_iter().map(|[u, v, n]| [u / n, v / n]).collect(),
             energy: self.energy,
+            area_distortion: self.area_distortion,
         }
     }
 }

@@ -25,10 +25,13 @@ const APART: f64 = 0.03;
 const OFFSET: f64 = 0.03;
 
 /// Above this energy cuts are made without trying them first, several at a time.
-const ROUGH: f64 = 4.5;
+const ROUGH: f64 = 4.25;
 
 /// How many cuts are tried, of which the best is made.
 const TRIED: usize = 4;
+
+/// The share of what the best cut brings per length that another must bring to be made with it.
+const ALMOST: f64 = 0.5;
 
 /// How far below the bound a cut may go and be worth it: other cuts can be shortened then.
 const SLACK: f64 = 0.04;
@@ -88,8 +91,8 @@ impl Growth {
         Some(next)
     }
 
-    /// The layout after the one cut that brings most per length, of the first few among which
-    /// there is one that is worth it.
+    /// The layout after the cut that brings most per length, of the first few among which
+    /// there is one that is worth it, and after others that bring almost as much.
     fn best(
         &self,
         problem: &Problem,
@@ -99,19 +102,36 @@ impl Growth {
         worth: f64,
     ) -> Option<Layout> {
         paths.chunks(TRIED).find_map(|paths| {
-            let tried: Vec<(f64, Layout)> = paths
+            let mut tried: Vec<(f64, usize, Layout)> = paths
                 .par_iter()
-                .filter_map(|path| {
+                .enumerate()
+                .filter_map(|(i, path)| {
                     let next = problem.extended(layout, path, TRIAL)?;
                     let gain = layout.energy - next.energy.max(bound - SLACK);
-                    Some((gain / (cost(problem, path) + OFFSET), next))
+                    Some((gain / (cost(problem, path) + OFFSET), i, next))
                 })
                 .collect();
-            let better = |best: (f64, Layout), other: (f64, Layout)| {
-                if other.0 > best.0 { other } else { best }
+            tried.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+            let best = tried.first().filter(|best| best.0 > worth)?;
+            let mut expected = layout.energy;
+            let good: Vec<Vec<u32>> = tried
+                .iter()
+                .filter(|other| other.0 > worth.max(ALMOST * best.0))
+                .take_while(|other| {
+                    let needed = expected > bound;
+                    expected -= layout.energy - other.2.energy;
+                    needed
+                })
+                .map(|other| paths[other.1].clone())
+                .collect();
+            let union = several(problem, &good, TRIED);
+            let together = if union.len() > paths[best.1].len() {
+                problem.extended(layout, &union, TRIAL)
+            } else {
+                None
             };
-            let (rate, next) = tried.into_iter().reduce(better)?;
-            (rate > worth).then_some(next)
+            let better = |together: &Layout| together.energy < best.2.energy;
+            Some(together.filter(better).unwrap_or_else(|| best.2.clone()))
         })
     }
 

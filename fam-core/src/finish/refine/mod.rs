@@ -26,10 +26,10 @@ const ROUNDS: usize = 60;
 
 /// Newton steps over the whole patch after which nothing new is begun: some 12 ms each for ten
 /// thousand triangles.
-const STEPS: u64 = 400;
+const STEPS: u64 = 250;
 
 /// How often the cut is straightened and gone over.
-const CYCLES: usize = 4;
+const CYCLES: usize = 3;
 
 /// The decrease of the energy per length (in units of the square root of the area) that a cut
 /// must bring at a seam weight of 1.
@@ -79,7 +79,10 @@ pub fn refined(
     };
     let cut = cut_to_disk(&patch.topology, &problem.cost, &[], |_| false);
     let rough = problem.flattened(cut, START)?;
+    let clock = std::time::Instant::now();
+    let dbg = std::env::var("DBG").is_ok();
     let rough = grown(&problem, &growth, rough, goal, &mut proceed);
+    if dbg { eprintln!("rough {:.2?} steps {} e {:.4} seam {:.3}", clock.elapsed(), problem.steps(), rough.energy, rough.cut.cost(&patch.lengths)); }
     problem.injective = true;
     let mut best: Option<Layout> = None;
     let mut cut = rough.cut;
@@ -90,11 +93,14 @@ pub fn refined(
             Err(_) if best.is_some() => break,
             Err(_) => problem.flattened(cut.clone(), START)?,
         };
+        if dbg { eprintln!("flat {:.2?} steps {} e {:.4} seam {:.3}", clock.elapsed(), problem.steps(), layout.energy, layout.cut.cost(&patch.lengths)); }
         let mut layout = grown(&problem, &growth, layout, goal, &mut proceed);
+        if dbg { eprintln!("grown {:.2?} steps {} e {:.4} seam {:.3}", clock.elapsed(), problem.steps(), layout.energy, layout.cut.cost(&patch.lengths)); }
         let _ = problem.relax(&mut layout, LAST);
-        if layout.energy <= goal.bound {
+        if layout.is_within(goal.bound) {
             layout = shortened(&problem, layout, goal.bound, &mut proceed);
         }
+        if dbg { eprintln!("short {:.2?} steps {} e {:.4} seam {:.3}", clock.elapsed(), problem.steps(), layout.energy, layout.cut.cost(&patch.lengths)); }
         let gain = best.as_ref().map(|best| gain(&problem, best, &layout, goal.bound));
         cut = layout.cut.clone();
         if gain.is_none_or(|gain| gain > 0.0) {
@@ -105,14 +111,17 @@ pub fn refined(
             break;
         }
     }
+    if std::env::var("DBG").is_ok() { eprintln!("steps {}", problem.steps()); }
     best.ok_or(SolveError::NotSimple)
 }
 
 /// By how much a layout is better than another: less above the bound, or a shorter cut.
 fn gain(problem: &Problem, old: &Layout, new: &Layout, bound: f64) -> f64 {
-    let above = |layout: &Layout| (layout.energy - bound).max(0.0);
-    if above(old) > 0.0 || above(new) > 0.0 {
-        return above(old) - above(new);
+    match (old.is_within(bound), new.is_within(bound)) {
+        (true, true) => {}
+        (false, true) => return f64::INFINITY,
+        (true, false) => return f64::NEG_INFINITY,
+        (false, false) => return old.energy - new.energy,
     }
     1.0 - problem.cost_of(new) / problem.cost_of(old)
 }
@@ -126,7 +135,7 @@ fn grown(
     proceed: &mut impl FnMut(&Layout) -> bool,
 ) -> Layout {
     for _ in 0..ROUNDS {
-        if layout.energy <= goal.bound || !proceed(&layout) {
+        if layout.is_within(goal.bound) || !proceed(&layout) {
             break;
         }
         match growth.round(problem, &layout, goal.bound, goal.seam_weight * WORTH) {

@@ -79,6 +79,7 @@ impl<'a> Problem<'a> {
             cut,
             opened,
             energy: f64::INFINITY,
+            area_distortion: f64::INFINITY,
         };
         self.relax(&mut layout, effort)?;
         Ok(layout)
@@ -115,8 +116,9 @@ impl<'a> Problem<'a> {
             energy_bound: None,
         };
         let solved = flattening.minimize(&mut layout.uv, boundary.as_ref(), &stop)?;
-        layout.energy = solved.energy;
         self.count(solved.iterations, triangles.len());
+        layout.energy = solved.energy;
+        layout.area_distortion = self.area_distortion(layout);
         Ok(())
     }
 
@@ -149,6 +151,25 @@ impl<'a> Problem<'a> {
         let solved = flattening.minimize(&mut layout.uv, boundary.as_ref(), &stop)?;
         self.count(solved.iterations, triangles.len());
         Ok(())
+    }
+
+    fn area_distortion(&self, layout: &Layout) -> f64 {
+        let image = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|v| layout.uv[v as usize]);
+            (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+        };
+        let triangles = layout.opened.topology.triangles();
+        let total: f64 = triangles.iter().map(image).sum();
+        let area = self.rest.total_area();
+        let sum: f64 = triangles
+            .iter()
+            .enumerate()
+            .map(|(t, corners)| {
+                let share = self.rest.area(t) / area;
+                share * (image(corners) / total / share).ln().abs()
+            })
+            .sum();
+        sum.exp()
     }
 
     fn count(&self, iterations: usize, triangles: usize) {

@@ -152,7 +152,7 @@ fn round(
             shorter = closed;
         }
     }
-    if problem.relax(&mut shorter, AFTER).is_ok() && shorter.energy <= bound {
+    if problem.relax(&mut shorter, AFTER).is_ok() && shorter.is_within(bound) {
         return Round::Shorter(Box::new(shorter));
     }
     for &i in &chosen {
