@@ -1,5 +1,7 @@
 //! From a raw map to UVs that an artist can use.
 
+#[cfg(test)]
+mod checks;
 mod cloud;
 mod component;
 mod cut;

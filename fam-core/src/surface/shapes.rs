@@ -1,10 +1,11 @@
 //! Generated surfaces of known geometry, for a first run and for tests.
 
+use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
 use super::TriangleMesh;
-use super::vector::{length, sub};
+use super::vector::{length, normalize, sub};
 
 /// A torus around the z axis: closed, genus 1. `major` radius of the ring,
 /// `minor` of the tube, `around` × `across` quads of two triangles each.
@@ -51,6 +52,73 @@ pub fn open_sphere(opening: f64, around: u32, along: u32) -> TriangleMesh {
         let polar = 1e-3 + (PI - opening - 1e-3) * (1.0 - t);
         [polar.sin() * a.cos(), polar.sin() * a.sin(), polar.cos()]
     })
+}
+
+/// The side of a cone around the z axis, open at the bottom (z = 0): a fan around the apex and
+/// `along` − 1 rings of quads. Developable but for the apex.
+pub fn cone(radius: f64, height: f64, around: u32, along: u32) -> TriangleMesh {
+    let (around, along) = (around.max(3), along.max(1));
+    let mut positions = vec![[0.0, 0.0, height]];
+    let mut triangles = Vec::new();
+    let vertex = |ring: u32, i: u32| 1 + (ring - 1) * around + i % around;
+    for ring in 1..=along {
+        let s = f64::from(ring) / f64::from(along);
+        for i in 0..around {
+            let a = TAU * f64::from(i) / f64::from(around);
+            positions.push([
+                s * radius * a.cos(),
+                s * radius * a.sin(),
+                (1.0 - s) * height,
+            ]);
+            if ring == 1 {
+                triangles.push([0, vertex(1, i), vertex(1, i + 1)]);
+            } else {
+                let above = [vertex(ring - 1, i), vertex(ring - 1, i + 1)];
+                let below = [vertex(ring, i), vertex(ring, i + 1)];
+                triangles.push([above[0], below[0], below[1]]);
+                triangles.push([above[0], below[1], above[1]]);
+            }
+        }
+    }
+    TriangleMesh::new(positions, triangles).expect("a cone is a valid mesh")
+}
+
+/// The surface of the unit cube with one corner at the origin: `squares` × `squares` squares on
+/// every side, of two triangles each.
+pub fn cube(squares: u32) -> TriangleMesh {
+    let n = squares.max(1);
+    let mut numbers = BTreeMap::new();
+    let mut positions = Vec::new();
+    let mut triangles = Vec::new();
+    for (axis, far) in (0..3).flat_map(|axis| [(axis, false), (axis, true)]) {
+        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+            let corner = |(di, dj): (u32, u32)| {
+                let mut at = [0; 3];
+                at[axis] = if far { n } else { 0 };
+                at[(axis + 1) % 3] = i + di;
+                at[(axis + 2) % 3] = j + dj;
+                *numbers.entry(at).or_insert_with(|| {
+                    positions.push(at.map(|c| f64::from(c) / f64::from(n)));
+                    positions.len() as u32 - 1
+                })
+            };
+            let mut corners = [(0, 0), (1, 0), (1, 1), (0, 1)].map(corner);
+            if !far {
+                corners.reverse();
+            }
+            let [a, b, c, d] = corners;
+            triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    TriangleMesh::new(positions, triangles).expect("a cube is a valid mesh")
+}
+
+/// A closed sphere of radius 1: the [`cube`] blown up, its squares of about equal size.
+pub fn sphere(squares: u32) -> TriangleMesh {
+    let cube = cube(squares);
+    let blown_up = |p: &[f64; 3]| normalize(p.map(|c| (PI / 4.0 * (2.0 * c - 1.0)).tan()));
+    let positions = cube.positions().iter().map(blown_up).collect();
+    TriangleMesh::new(positions, cube.triangles().to_vec()).expect("a sphere is a valid mesh")
 }
 
 /// A rectangle in the plane z = 0, centred at the origin.
@@ -286,6 +354,7 @@ fn grid(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::surface::vector::{cross, dot};
 
     #[test]
     fn areas_are_those_of_the_smooth_surfaces() {
@@ -294,7 +363,30 @@ mod tests {
         near(area(torus(1.0, 0.4, 120, 60)), 4.0 * PI * PI * 0.4);
         near(area(open_cylinder(0.5, 2.0, 100, 4)), TAU);
         near(area(rectangle(2.0, 3.0, 4, 5)), 6.0);
+        near(area(cone(3.0, 4.0, 100, 5)), 15.0 * PI);
+        near(area(cube(7)), 6.0);
+        near(area(sphere(24)), 2.0 * TAU);
         near(area(open_sphere(0.5, 100, 60)), TAU * (1.0 + 0.5_f64.cos()));
+    }
+
+    /// The signed volume is positive where triangles are counter-clockwise from outside.
+    #[test]
+    fn closed_surfaces_enclose_their_volume() {
+        let volume = |mesh: TriangleMesh| {
+            let signed = |t: usize| {
+                let [a, b, c] = mesh.corners(t);
+                dot(a, cross(b, c)) / 6.0
+            };
+            (0..mesh.triangles().len()).map(signed).sum::<f64>()
+        };
+        assert!((volume(cube(3)) - 1.0).abs() < 1e-12);
+        assert!((volume(sphere(24)) / (4.0 / 3.0 * PI) - 1.0).abs() < 5e-3);
+        let apex = cone(3.0, 4.0, 100, 5);
+        let down = |p: &[f64; 3]| [p[0], p[1], p[2] - 4.0];
+        let positions = apex.positions().iter().map(down).collect();
+        let from_apex = TriangleMesh::new(positions, apex.triangles().to_vec()).unwrap();
+        assert!(volume(from_apex).abs() < 1e-9);
+        assert!((volume(apex) - 12.0 * PI).abs() < 0.1 * PI);
     }
 
     #[test]

@@ -15,7 +15,7 @@ mod reroute;
 mod tree_cotree;
 
 #[cfg(test)]
-mod test_surfaces;
+pub(super) mod test_surfaces;
 
 use super::topology::{Opened, Topology};
 

@@ -38,7 +38,7 @@ pub(super) fn random_costs(topology: &Topology, seed: u64) -> Vec<f64> {
 
 /// The faces of the cells of a grid of unit cubes for which `solid` holds, two triangles each;
 /// where the surface touches itself it is taken apart.
-pub(super) fn cubes(size: [i32; 3], solid: impl Fn([i32; 3]) -> bool) -> Vec<TriangleMesh> {
+pub(in super::super) fn cubes(size: [i32; 3], solid: impl Fn([i32; 3]) -> bool) -> Vec<TriangleMesh> {
     let inside =
         |cell: [i32; 3]| (0..3).all(|axis| (0..size[axis]).contains(&cell[axis])) && solid(cell);
     let mut positions = Vec::new();
@@ -79,7 +79,7 @@ pub(super) fn cubes(size: [i32; 3], solid: impl Fn([i32; 3]) -> bool) -> Vec<Tri
 }
 
 /// A plate with holes through it: a closed surface with as many handles.
-pub(super) fn pierced_plate(holes: i32) -> TriangleMesh {
+pub(in super::super) fn pierced_plate(holes: i32) -> TriangleMesh {
     let solid = |[x, y, _]: [i32; 3]| x % 4 < 2 || y % 4 < 2;
     cubes([4 * holes + 2, 6, 2], solid).swap_remove(0)
 }

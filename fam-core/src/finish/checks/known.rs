@@ -1,0 +1,229 @@
+//! Surfaces whose answer is known.
+
+use std::f64::consts::PI;
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+
+use super::super::cut::test_surfaces::pierced_plate;
+use super::{Task, moved, part, smoothed, subdivided, together};
+use crate::surface::TriangleMesh;
+use crate::surface::shapes::{
+    cone, cube, draped_cloth, moebius_strip, open_cylinder, open_sphere, rectangle, sphere, spiral,
+    torus,
+};
+
+/// The bound at which developable surfaces have to be unrolled.
+const ISOMETRIC: f64 = 4.001;
+
+fn is_close(value: f64, to: f64) -> bool {
+    (value - to).abs() < 1e-9 * to
+}
+
+#[test]
+fn a_cylinder_is_unrolled_along_its_height() {
+    for bound in [ISOMETRIC, 4.1] {
+        let outcome = Task::within(bound).run(&open_cylinder(1.0, 2.0, 24, 9));
+        outcome.check_energy();
+        assert_eq!(outcome.charts(), 1);
+        assert!(outcome.energy() < ISOMETRIC, "{}", outcome.energy());
+        assert!(is_close(outcome.seam_length(), 2.0), "{}", outcome.seam_length());
+    }
+}
+
+/// The shortest cut runs from the rim to the apex, or, as far as the bound allows, not quite.
+#[test]
+fn a_cone_is_unrolled_from_its_rim_to_its_apex() {
+    for (radius, height) in [(0.6, 0.8), (0.28, 0.96), (0.96, 0.28)] {
+        let outcome = Task::within(ISOMETRIC).run(&cone(radius, height, 30, 10));
+        outcome.check_energy();
+        assert_eq!(outcome.charts(), 1);
+        assert!(outcome.energy() <= ISOMETRIC, "{}", outcome.energy());
+        let seam = outcome.seam_length();
+        assert!((0.5..1.0 + 1e-9).contains(&seam), "{seam}");
+    }
+}
+
+/// More than a full turn around its apex: without distortion it does not fit into the plane in
+/// one piece.
+#[test]
+fn a_surface_of_more_than_a_full_turn_is_divided() {
+    let ruff = moved(&cone(1.0, 0.0, 48, 8), |&[x, y, _]| {
+        let wave = (4.0 * y.atan2(x)).sin() * x.hypot(y);
+        [x, y, wave]
+    });
+    let mut task = Task::within(ISOMETRIC);
+    let outcome = task.run(&ruff);
+    outcome.check_energy();
+    assert!(outcome.energy() <= ISOMETRIC, "{}", outcome.energy());
+    assert!((2..=4).contains(&outcome.charts()), "{}", outcome.charts());
+    task.config.max_charts = 1;
+    let outcome = task.run(&ruff);
+    outcome.check_energy();
+    assert_eq!(outcome.charts(), 1);
+    assert!(outcome.energy() > ISOMETRIC);
+}
+
+fn double_torus() -> TriangleMesh {
+    smoothed(&subdivided(&pierced_plate(2)), 2)
+}
+
+#[test]
+fn closed_surfaces_become_one_disk() {
+    for (mesh, genus) in [
+        (sphere(8), 0),
+        (torus(1.0, 0.4, 24, 12), 1),
+        (double_torus(), 2),
+    ] {
+        let edges = 3 * mesh.triangles().len() / 2;
+        let euler = mesh.positions().len() as i64 - edges as i64 + mesh.triangles().len() as i64;
+        assert_eq!(euler, 2 - 2 * genus);
+        let outcome = Task::default().run(&mesh);
+        outcome.check_energy();
+        assert_eq!(outcome.charts(), 1, "genus {genus}");
+        assert!(outcome.energy() <= 4.1, "{} at genus {genus}", outcome.energy());
+    }
+}
+
+#[test]
+fn a_moebius_strip_is_cut_across() {
+    let outcome = Task::default().run(&moebius_strip(0.4, 40, 5));
+    outcome.check_energy();
+    assert_eq!(outcome.charts(), 1);
+    assert!(outcome.energy() <= 4.05, "{}", outcome.energy());
+    // A line across is 0.4 long wherever it is; one along edges may have to be oblique.
+    let seam = outcome.seam_length();
+    assert!((0.4 - 1e-9..0.6).contains(&seam), "{seam}");
+}
+
+/// The cube with the vertices inside its sides moved about there: no line across a side is as
+/// short as its edges.
+fn uneven_cube(squares: u32) -> TriangleMesh {
+    let mut random = Pcg64::seed_from_u64(11);
+    let step = 0.3 / f64::from(squares);
+    moved(&cube(squares), |p| {
+        let crease = p.iter().filter(|c| [0.0, 1.0].contains(*c)).count() > 1;
+        p.map(|c| match crease || c == 0.0 || c == 1.0 {
+            true => c,
+            false => c + random.random_range(-step..step),
+        })
+    })
+}
+
+#[test]
+fn a_cube_is_cut_along_its_edges() {
+    for bound in [ISOMETRIC, 4.1] {
+        let outcome = Task::within(bound).run(&uneven_cube(6));
+        outcome.check_energy();
+        assert_eq!(outcome.charts(), 1);
+        assert!(outcome.energy() <= bound, "{}", outcome.energy());
+        assert!(outcome.seam_length() <= 7.0 + 1e-9, "{}", outcome.seam_length());
+        eprintln!("cube {bound} {} {}", outcome.energy(), outcome.seam_length());
+        for [a, b] in outcome.seams() {
+            let on_side = |k: usize| a[k] == b[k] && (a[k] == 0.0 || a[k] == 1.0);
+            let sides = (0..3).filter(|&k| on_side(k)).count();
+            if sides != 2 { eprintln!("   {a:?} to {b:?}"); }
+        }
+    }
+}
+
+#[test]
+fn sheets_stay_whole() {
+    for mesh in [
+        rectangle(1.0, 3.0, 6, 18),
+        rectangle(1.0, 0.01, 4, 4),
+        draped_cloth(30, 10),
+        spiral(1.0, 0.5, 12.0, 2.0, 60, 6),
+    ] {
+        let outcome = Task::default().run(&mesh);
+        outcome.check_energy();
+        assert_eq!((outcome.charts(), outcome.seam_length()), (1, 0.0));
+        assert!(outcome.energy() < ISOMETRIC, "{}", outcome.energy());
+    }
+}
+
+/// The holes of a sheet and of a sphere, and the two ends of a bent tube.
+#[test]
+fn surfaces_of_several_boundaries_become_disks() {
+    let hole = |p: [f64; 3], at: [f64; 2]| (p[0] - at[0]).hypot(p[1] - at[1]) < 0.2;
+    let sieve = part(&rectangle(2.0, 2.0, 16, 16), |p| {
+        ![[-0.5, -0.5], [-0.5, 0.5], [0.5, 0.0]].iter().any(|&at| hole(p, at))
+    });
+    let outcome = Task::default().run(&sieve);
+    outcome.check_energy();
+    assert_eq!(outcome.charts(), 1);
+    assert!(outcome.energy() < ISOMETRIC, "{}", outcome.energy());
+    // From one hole to the next and to the rim there are at least 0.3 each.
+    let seam = outcome.seam_length();
+    assert!(seam < 1.5, "{seam}");
+
+    let pierced = part(&sphere(10), |p| p.iter().all(|c| c.abs() < 0.93));
+    let tube = part(&torus(1.0, 0.3, 32, 10), |p| p[0] < 0.2 || p[1] < 0.0);
+    for mesh in [pierced, tube, open_sphere(0.5, 20, 10)] {
+        let outcome = Task::default().run(&mesh);
+        outcome.check_energy();
+        assert_eq!(outcome.charts(), 1);
+        assert!(outcome.energy() <= 4.1, "{}", outcome.energy());
+    }
+}
+
+/// All at one scale: that of the surface.
+#[test]
+fn components_lie_side_by_side_in_their_proportions() {
+    let at = |mesh: TriangleMesh, x: f64, size: f64| {
+        moved(&mesh, |p| [x + size * p[0], size * p[1], size * p[2]])
+    };
+    let mesh = together(&[
+        at(sphere(4), 0.0, 1.0),
+        at(torus(1.0, 0.4, 16, 8), 5.0, 0.3),
+        at(rectangle(1.0, 2.0, 3, 3), 8.0, 2.0),
+        at(open_cylinder(1.0, 2.0, 12, 4), 12.0, 0.1),
+    ]);
+    let outcome = Task::default().run(&mesh);
+    outcome.check_energy();
+    assert_eq!(outcome.components.list.len(), 4);
+    let metrics = outcome.metrics();
+    assert_eq!(metrics.charts, outcome.charts());
+    assert!(metrics.symmetric_dirichlet <= 4.11, "{}", metrics.symmetric_dirichlet);
+    let areas: Vec<f64> = outcome
+        .components
+        .list
+        .iter()
+        .zip(&outcome.atlas.components)
+        .map(|(component, finished)| {
+            let flat = (0..finished.uvs.triangles().len())
+                .map(|t| 0.5 * super::doubled_area(finished.uvs.corners(t)).abs());
+            flat.sum::<f64>() / component.mesh.triangle_areas().iter().sum::<f64>()
+        })
+        .collect();
+    for area in &areas {
+        assert!((area / areas[0] - 1.0).abs() < 0.05, "{areas:?}");
+    }
+}
+
+/// As long as π: a sheet rolled up to a closed tube, welded where its ends meet.
+#[test]
+fn a_tube_is_opened_where_the_network_tore_it() {
+    let tube = open_cylinder(0.5, 1.0, 20, 6);
+    let seam_at = |torn: f64| {
+        let unrolled = |p: [f64; 3]| {
+            let turn = (p[1].atan2(p[0]) / (2.0 * PI) - torn).rem_euclid(1.0);
+            [turn as f32, p[2] as f32 / PI as f32]
+        };
+        let task = Task {
+            guidance: super::Guidance::Tears,
+            raw: &unrolled,
+            ..Task::default()
+        };
+        let outcome = task.run(&tube);
+        assert!(is_close(outcome.seam_length(), 1.0), "{}", outcome.seam_length());
+        outcome.seams()
+    };
+    for column in [0.0, 7.0, 13.0] {
+        let torn = (column + 0.5) / 20.0;
+        for p in seam_at(torn).into_iter().flatten() {
+            let off = (p[1].atan2(p[0]) / (2.0 * PI) - torn).rem_euclid(1.0);
+            assert!(off.min(1.0 - off) < 0.026, "{off} from column {column}");
+        }
+    }
+}

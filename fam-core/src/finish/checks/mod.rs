@@ -1,0 +1,274 @@
+//! Finishing as a whole: on surfaces whose answer is known, unusual ones and random ones.
+
+mod known;
+mod random;
+mod unusual;
+
+use std::ops::ControlFlow;
+
+use robust::{Coord, orient2d};
+
+use super::topology::Topology;
+use super::{FinishConfig, FinishProgress, FinishedAtlas, Guidance, finish};
+use crate::metrics::{Metrics, for_each_overlapping_pair, seam_edges};
+use crate::surface::vector::{length, sub};
+use crate::surface::{Components, TriangleMesh, UvMap};
+
+/// A mesh, finished.
+struct Outcome {
+    mesh: TriangleMesh,
+    components: Components,
+    atlas: FinishedAtlas,
+    uv: UvMap,
+}
+
+/// What a mesh is finished with; the raw map is `raw(position)` at every vertex.
+struct Task<'a> {
+    config: FinishConfig,
+    guidance: Guidance,
+    raw: &'a dyn Fn([f64; 3]) -> [f32; 2],
+    labels: &'a [u32],
+    squares: &'a [u32],
+    observe: &'a dyn Fn(FinishProgress) -> ControlFlow<()>,
+}
+
+impl Default for Task<'_> {
+    fn default() -> Self {
+        Self {
+            config: FinishConfig::default(),
+            guidance: Guidance::None,
+            raw: &|_| [0.0; 2],
+            labels: &[],
+            squares: &[],
+            observe: &|_| ControlFlow::Continue(()),
+        }
+    }
+}
+
+impl Task<'_> {
+    /// With another distortion bound.
+    fn within(bound: f64) -> Self {
+        Self {
+            config: FinishConfig {
+                distortion_bound: bound,
+                ..FinishConfig::default()
+            },
+            ..Self::default()
+        }
+    }
+
+    /// Finishes a mesh; panics if the result is not valid.
+    fn run(&self, mesh: &TriangleMesh) -> Outcome {
+        let components = Components::of(mesh, self.labels).unwrap();
+        let of_vertex = |&v: &u32| (self.raw)(mesh.positions()[v as usize]);
+        let raw: Vec<Vec<[f32; 2]>> = components
+            .list
+            .iter()
+            .map(|component| component.vertices.iter().map(of_vertex).collect())
+            .collect();
+        let observe = &mut |progress| (self.observe)(progress);
+        let atlas = finish(
+            &self.config,
+            &components,
+            &raw,
+            self.guidance,
+            self.squares,
+            observe,
+        );
+        let maps: Vec<UvMap> = atlas.components.iter().map(|f| f.uvs.clone()).collect();
+        let uv = components.uv_map(&maps).unwrap();
+        let outcome = Outcome {
+            mesh: mesh.clone(),
+            components,
+            atlas,
+            uv,
+        };
+        outcome.check(self.squares.is_empty());
+        outcome
+    }
+}
+
+impl Outcome {
+    fn metrics(&self) -> Metrics {
+        Metrics::measure(&self.mesh, &self.uv).unwrap()
+    }
+
+    /// The energy of the only component.
+    fn energy(&self) -> f64 {
+        assert_eq!(self.atlas.components.len(), 1);
+        self.atlas.components[0].energy
+    }
+
+    /// The length of the seams of the only component.
+    fn seam_length(&self) -> f64 {
+        assert_eq!(self.atlas.components.len(), 1);
+        self.atlas.components[0].seam_length
+    }
+
+    fn charts(&self) -> usize {
+        self.atlas.components.iter().map(|f| f.charts).sum()
+    }
+
+    /// The two ends of every seam edge.
+    fn seams(&self) -> Vec<[[f64; 3]; 2]> {
+        seam_edges(&self.mesh, &self.uv)
+            .unwrap()
+            .iter()
+            .map(|edge| edge.map(|v| self.mesh.positions()[v as usize]))
+            .collect()
+    }
+
+    /// All that holds of every result, whatever the mesh.
+    fn check(&self, one_square: bool) {
+        assert_eq!(self.atlas.components.len(), self.components.list.len());
+        let inside = |q: &[f32; 2]| q.iter().all(|c| (0.0..=1.0).contains(c));
+        for (component, finished) in self.components.list.iter().zip(&self.atlas.components) {
+            let mesh = &component.mesh;
+            assert_eq!(finished.uvs.triangles().len(), mesh.triangles().len());
+            assert!(finished.uvs.uvs().iter().all(inside));
+            for t in 0..mesh.triangles().len() {
+                let corners = finished.uvs.corners(t);
+                assert!(doubled_area(corners) != 0.0, "triangle {t} at {corners:?}");
+            }
+            assert_eq!(overlaps(&finished.uvs), 0);
+            check_charts(&finished.uvs, finished.charts);
+            if let Ok(metrics) = Metrics::measure(mesh, &finished.uvs) {
+                assert_eq!(metrics.flipped_triangles, 0);
+                assert_eq!(metrics.collapsed_triangles, 0);
+            }
+            let sides = seam_edges(mesh, &finished.uvs).unwrap();
+            let seams: f64 = sides
+                .iter()
+                .map(|edge| {
+                    let [a, b] = edge.map(|v| mesh.positions()[v as usize]);
+                    length(sub(a, b))
+                })
+                .sum();
+            let difference = (seams - finished.seam_length).abs();
+            assert!(difference <= 1e-9 * seams, "{difference} of {seams}");
+        }
+        if one_square {
+            assert_eq!(self.overlaps_of_all(), 0);
+            assert_eq!(self.atlas.coverage.len(), 1);
+        }
+        let covered: f64 = self.atlas.coverage.iter().sum();
+        let areas = self.atlas.components.iter().flat_map(|f| {
+            let area = |t: usize| 0.5 * doubled_area(f.uvs.corners(t)).abs();
+            (0..f.uvs.triangles().len()).map(area)
+        });
+        let sum = areas.sum::<f64>();
+        assert!((covered - sum).abs() < 1e-3, "{covered} against {sum}");
+        assert!(self.atlas.coverage.iter().all(|c| (0.0..=1.0).contains(c)));
+    }
+
+    /// Pairs of triangles of all components that overlap.
+    fn overlaps_of_all(&self) -> usize {
+        let (mut uvs, mut triangles) = (Vec::new(), Vec::new());
+        for finished in &self.atlas.components {
+            let first = uvs.len() as u32;
+            uvs.extend(finished.uvs.uvs());
+            let own = finished.uvs.triangles().iter();
+            triangles.extend(own.map(|t| t.map(|v| first + v)));
+        }
+        overlaps(&UvMap::new(uvs, triangles).unwrap())
+    }
+
+    /// What is reported is what is there; of meshes without slivers.
+    fn check_energy(&self) {
+        for (component, finished) in self.components.list.iter().zip(&self.atlas.components) {
+            let metrics = Metrics::measure(&component.mesh, &finished.uvs).unwrap();
+            let (found, told) = (metrics.symmetric_dirichlet, finished.energy);
+            assert!((found / told - 1.0).abs() < 2e-4, "{found}, not {told}");
+            assert_eq!(metrics.charts, finished.charts);
+        }
+    }
+}
+
+/// Every chart is a disk that touches itself nowhere and no other.
+fn check_charts(uv: &UvMap, charts: usize) {
+    let place = |&[u, v]: &[f32; 2]| [u.into(), v.into(), 0.0];
+    let positions = uv.uvs().iter().map(place).collect();
+    let plane = TriangleMesh::new(positions, uv.triangles().to_vec()).unwrap();
+    let topology = Topology::oriented(&plane).topology;
+    assert_eq!(topology.pieces().1, charts);
+    assert_eq!(topology.boundary_loops().len(), charts);
+    assert_eq!(topology.euler_characteristic(), charts as i64);
+}
+
+fn overlaps(uv: &UvMap) -> usize {
+    let mut count = 0;
+    for_each_overlapping_pair(uv, |_| count += 1);
+    count
+}
+
+/// Twice the area, positive where counter-clockwise; its sign is exact.
+fn doubled_area(corners: [[f32; 2]; 3]) -> f64 {
+    let [a, b, c] = corners.map(|[x, y]| Coord {
+        x: f64::from(x),
+        y: f64::from(y),
+    });
+    orient2d(a, b, c)
+}
+
+/// Every triangle divided in four at the middles of its edges.
+fn subdivided(mesh: &TriangleMesh) -> TriangleMesh {
+    let mut positions = mesh.positions().to_vec();
+    let mut middles = std::collections::HashMap::new();
+    let mut triangles = Vec::new();
+    for &[a, b, c] in mesh.triangles() {
+        let [p, q, r] = [[a, b], [b, c], [c, a]].map(|[a, b]| {
+            *middles.entry([a.min(b), a.max(b)]).or_insert_with(|| {
+                let (one, other) = (positions[a as usize], positions[b as usize]);
+                positions.push([0, 1, 2].map(|k| 0.5 * (one[k] + other[k])));
+                positions.len() as u32 - 1
+            })
+        });
+        triangles.extend([[a, p, r], [p, b, q], [r, q, c], [p, q, r]]);
+    }
+    TriangleMesh::new(positions, triangles).unwrap()
+}
+
+/// Every vertex moved to the mean of its neighbours, so many times.
+fn smoothed(mesh: &TriangleMesh, rounds: usize) -> TriangleMesh {
+    let mut positions = mesh.positions().to_vec();
+    for _ in 0..rounds {
+        let mut sums = vec![[0.0; 4]; positions.len()];
+        for &[a, b, c] in mesh.triangles() {
+            for (v, w) in [(a, b), (b, c), (c, a), (b, a), (c, b), (a, c)] {
+                let (sum, p) = (&mut sums[v as usize], positions[w as usize]);
+                *sum = [sum[0] + p[0], sum[1] + p[1], sum[2] + p[2], sum[3] + 1.0];
+            }
+        }
+        positions = sums.iter().map(|s| [0, 1, 2].map(|k| s[k] / s[3])).collect();
+    }
+    TriangleMesh::new(positions, mesh.triangles().to_vec()).unwrap()
+}
+
+/// A mesh with its vertices elsewhere.
+fn moved(mesh: &TriangleMesh, place: impl FnMut(&[f64; 3]) -> [f64; 3]) -> TriangleMesh {
+    let positions = mesh.positions().iter().map(place).collect();
+    TriangleMesh::new(positions, mesh.triangles().to_vec()).unwrap()
+}
+
+/// Meshes side by side in one.
+fn together(meshes: &[TriangleMesh]) -> TriangleMesh {
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+    for mesh in meshes {
+        let first = positions.len() as u32;
+        positions.extend(mesh.positions());
+        triangles.extend(mesh.triangles().iter().map(|t| t.map(|v| first + v)));
+    }
+    TriangleMesh::new(positions, triangles).unwrap()
+}
+
+/// The triangles of a mesh for whose centre `keep` holds.
+fn part(mesh: &TriangleMesh, keep: impl Fn([f64; 3]) -> bool) -> TriangleMesh {
+    let triangles = (0..mesh.triangles().len())
+        .filter(|&t| {
+            let [a, b, c] = mesh.corners(t);
+            keep([0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0))
+        })
+        .map(|t| mesh.triangles()[t])
+        .collect();
+    TriangleMesh::new(mesh.positions().to_vec(), triangles).unwrap()
+}
