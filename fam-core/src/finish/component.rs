@@ -61,7 +61,12 @@ pub fn flat_charts(
             Guidance::Tears => tear_costs(&patch, &own),
             Guidance::None => patch.lengths.clone(),
         };
-        let layout = refined(&patch, cost, &goal, |layout| {
+        let map: Vec<[f64; 2]> = patch
+            .source
+            .iter()
+            .map(|&v| own[v as usize].map(f64::from))
+            .collect();
+        let layout = refined(&patch, cost, &map, &goal, |layout| {
             going = going && proceed(layout.energy, layout.cut.cost(&patch.lengths));
             going
         });

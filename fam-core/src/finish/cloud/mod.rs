@@ -72,6 +72,7 @@ impl Reconstruction {
     }
 
     /// How many points are in no triangle.
+    #[cfg(test)]
     pub fn unreached(&self) -> usize {
         self.vertices.iter().filter(|v| v.is_none()).count()
     }

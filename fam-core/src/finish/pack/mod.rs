@@ -15,7 +15,7 @@ mod tests;
 
 use crate::surface::SurfaceError;
 
-pub use round::{Rounded, to_f32};
+pub use round::to_f32;
 
 use piece::Piece;
 use search::{Search, alone};

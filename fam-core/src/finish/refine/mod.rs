@@ -59,7 +59,9 @@ pub struct Goal {
 }
 
 /// Cuts a patch and lays it out without flipped triangles and overlaps. `cost` is that of a
-/// cut along every half-edge. `proceed` sees layouts on the way; after it says no, what there
+/// cut along every half-edge while it is looked for; the seams that are found are straightened
+/// by their length. `map` has a coordinate for every vertex of the patch, to start from if it is
+/// valid. `proceed` sees layouts on the way; after it says no, what there
 /// is is brought to a valid end.
 ///
 /// # Errors
@@ -67,6 +69,7 @@ pub struct Goal {
 pub fn refined(
     patch: &Patch,
     cost: Vec<f64>,
+    map: &[[f64; 2]],
     goal: &Goal,
     mut proceed: impl FnMut(&Layout) -> bool,
 ) -> Result<Layout, SolveError> {
@@ -78,12 +81,14 @@ pub fn refined(
         going
     };
     let cut = cut_to_disk(&patch.topology, &problem.cost, &[], |_| false);
-    let rough = problem.flattened(cut, START)?;
-    let clock = std::time::Instant::now();
-    let dbg = std::env::var("DBG").is_ok();
+    let rough = match problem.taken_from(map, &cut, START) {
+        Some(layout) => layout,
+        None => problem.flattened(cut, START)?,
+    };
     let rough = grown(&problem, &growth, rough, goal, &mut proceed);
-    if dbg { eprintln!("rough {:.2?} steps {} e {:.4} seam {:.3}", clock.elapsed(), problem.steps(), rough.energy, rough.cut.cost(&patch.lengths)); }
     problem.injective = true;
+    // Tears say where to cut; how, their noise says badly.
+    problem.cost.clone_from(&patch.lengths);
     let mut best: Option<Layout> = None;
     let mut cut = rough.cut;
     for _ in 0..CYCLES {
@@ -93,14 +98,11 @@ pub fn refined(
             Err(_) if best.is_some() => break,
             Err(_) => problem.flattened(cut.clone(), START)?,
         };
-        if dbg { eprintln!("flat {:.2?} steps {} e {:.4} seam {:.3}", clock.elapsed(), problem.steps(), layout.energy, layout.cut.cost(&patch.lengths)); }
         let mut layout = grown(&problem, &growth, layout, goal, &mut proceed);
-        if dbg { eprintln!("grown {:.2?} steps {} e {:.4} seam {:.3}", clock.elapsed(), problem.steps(), layout.energy, layout.cut.cost(&patch.lengths)); }
         let _ = problem.relax(&mut layout, LAST);
         if layout.is_within(goal.bound) {
             layout = shortened(&problem, layout, goal.bound, &mut proceed);
         }
-        if dbg { eprintln!("short {:.2?} steps {} e {:.4} seam {:.3}", clock.elapsed(), problem.steps(), layout.energy, layout.cut.cost(&patch.lengths)); }
         let gain = best.as_ref().map(|best| gain(&problem, best, &layout, goal.bound));
         cut = layout.cut.clone();
         if gain.is_none_or(|gain| gain > 0.0) {
@@ -111,7 +113,6 @@ pub fn refined(
             break;
         }
     }
-    if std::env::var("DBG").is_ok() { eprintln!("steps {}", problem.steps()); }
     best.ok_or(SolveError::NotSimple)
 }
 

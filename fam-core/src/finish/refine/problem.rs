@@ -85,6 +85,24 @@ impl<'a> Problem<'a> {
         Ok(layout)
     }
 
+    /// The patch cut open where a map has it, if that is valid there or in the mirror. `map` has
+    /// a coordinate for every vertex of the patch.
+    pub fn taken_from(&self, map: &[[f64; 2]], cut: &Cut, effort: Effort) -> Option<Layout> {
+        let opened = cut.open(&self.patch.topology);
+        [1.0, -1.0].into_iter().find_map(|sign| {
+            let place = |&v: &u32| [sign * map[v as usize][0], map[v as usize][1]];
+            let mut layout = Layout {
+                uv: opened.source.iter().map(place).collect(),
+                cut: cut.clone(),
+                opened: opened.clone(),
+                energy: f64::INFINITY,
+                area_distortion: f64::INFINITY,
+            };
+            let valid = self.is_valid(&layout) && self.relax(&mut layout, effort).is_ok();
+            valid.then_some(layout)
+        })
+    }
+
     /// A layout with other cuts, where it was.
     pub fn recut(&self, layout: &Layout, cut: Cut) -> Layout {
         let opened = cut.open(&self.patch.topology);
@@ -113,7 +131,6 @@ impl<'a> Problem<'a> {
         let stop = Stop {
             iterations: effort.iterations,
             relative_decrease: effort.decrease,
-            energy_bound: None,
         };
         let solved = flattening.minimize(&mut layout.uv, boundary.as_ref(), &stop)?;
         self.count(solved.iterations, triangles.len());
@@ -146,7 +163,6 @@ impl<'a> Problem<'a> {
         let stop = Stop {
             iterations: effort.iterations,
             relative_decrease: effort.decrease,
-            energy_bound: None,
         };
         let solved = flattening.minimize(&mut layout.uv, boundary.as_ref(), &stop)?;
         self.count(solved.iterations, triangles.len());

@@ -79,7 +79,6 @@ fn bent_point(bend: &impl Fn(f64, f64) -> [f64; 3], x: f64, y: f64) -> [f64; 3] 
 const STOP: Stop = Stop {
     iterations: 100,
     relative_decrease: 1e-10,
-    energy_bound: None,
 };
 
 fn cap(cells: u32) -> Chart {
@@ -265,15 +264,11 @@ fn affine_maps_have_their_energy_and_scale() {
     let mut flattening = sheet.flattening(&sheet.rest());
     let expected = 2.0 * ((a * a + b * b) * (1.0 / (a * a) + 1.0 / (b * b))).sqrt();
     assert!((flattening.mean_energy(&uv) - expected).abs() < 1e-12);
-    let bound = Stop {
-        energy_bound: Some(expected + 1e-9),
+    let none = Stop {
+        iterations: 0,
         ..STOP
     };
-    let solved = flattening.minimize(&mut uv, None, &bound).unwrap();
-    assert_eq!(
-        (solved.iterations, solved.outcome),
-        (0, Outcome::BoundReached)
-    );
+    flattening.minimize(&mut uv, None, &none).unwrap();
     // The scale at which both integrals are equal.
     let area =
         uv.iter().fold(0.0, |m: f64, q| m.max(q[0])) * uv.iter().fold(0.0, |m: f64, q| m.max(q[1]));

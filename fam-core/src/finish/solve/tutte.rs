@@ -31,6 +31,7 @@ const LEAST_CHANGE: f64 = 1e-10;
 
 /// Whether there is a position for every vertex and all triangles are strictly
 /// counter-clockwise, decided exactly.
+#[cfg(test)]
 pub(crate) fn valid(topology: &Topology, uv: &[[f64; 2]]) -> bool {
     uv.len() >= topology.vertices() && first_flipped(topology.triangles(), uv).is_none()
 }

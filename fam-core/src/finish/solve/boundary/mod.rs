@@ -10,8 +10,8 @@ mod plane;
 mod simple;
 mod slits;
 
-pub(crate) use barrier::{Derivatives, Pair};
-pub(crate) use slits::{SlitsStuck, open_slits};
+pub(crate) use barrier::Pair;
+pub(crate) use slits::open_slits;
 
 use std::ops::Range;
 
