@@ -156,6 +156,34 @@ fn nonsense_from_the_network_does_no_harm() {
     }
 }
 
+/// Of any size, mirrored, sheared: a sheet comes out as it is.
+#[test]
+fn a_faithful_map_in_any_guise_is_taken() {
+    let sheet = rectangle(1.0, 2.0, 6, 12);
+    let (one, large, small) = (1.0, 1e37, 1e-37);
+    for [a, b, c, d] in [
+        [one, 0.0, 0.0, one],
+        [-one, 0.0, 0.0, one],
+        [large, 0.0, 0.0, -large],
+        [small, 0.0, 0.0, small],
+        [one, 30.0, 0.0, one],
+    ] {
+        let linear = |p: [f64; 3]| [(a * p[0] + b * p[1]) as f32, (c * p[0] + d * p[1]) as f32];
+        let task = Task {
+            guidance: Guidance::Tears,
+            raw: &linear,
+            ..Task::default()
+        };
+        let outcome = task.run(&sheet);
+        outcome.check_energy();
+        assert_eq!((outcome.charts(), outcome.seam_length()), (1, 0.0));
+        assert!(outcome.energy() < 4.001, "{}", outcome.energy());
+        for t in 0..sheet.triangles().len() {
+            assert!(super::doubled_area(outcome.uv.corners(t)) > 0.0);
+        }
+    }
+}
+
 #[test]
 fn one_chart_if_no_more_are_allowed() {
     for bound in [4.0001, 4.1] {
