@@ -125,6 +125,7 @@ mod tests {
         let found = peaks(&patch.topology, &flow, &excess, &depth);
         let at = |v: u32| patch.positions[v as usize][0];
         let first = &found[0];
+        assert_eq!(first.deep.len(), 2);
         assert!(first.deep.iter().all(|&v| at(v) > at(first.vertex) + 0.1));
         let none = peaks(&patch.topology, &flow, &excess, &vec![0.0; depth.len()]);
         assert!(none.iter().all(|peak| peak.deep.is_empty()));
