@@ -26,7 +26,7 @@ const ROUNDS: usize = 60;
 
 /// Newton steps over the whole patch after which nothing new is begun: some 12 ms each for ten
 /// thousand triangles.
-const STEPS: u64 = 250;
+const STEPS: u64 = 400;
 
 /// How often the cut is straightened and gone over.
 const CYCLES: usize = 3;

@@ -10,6 +10,7 @@ use super::super::solve::newton::{Flattening, Stop};
 use super::super::solve::orientation::first_flipped;
 use super::super::solve::rest::RestShapes;
 use super::super::solve::tutte;
+use crate::surface::vector::{cross, dot, length, sub};
 
 /// How far to solve.
 #[derive(Clone, Copy)]
@@ -80,6 +81,7 @@ impl<'a> Problem<'a> {
             opened,
             energy: f64::INFINITY,
             area_distortion: f64::INFINITY,
+            conformality: f64::INFINITY,
         };
         self.relax(&mut layout, effort)?;
         Ok(layout)
@@ -97,6 +99,7 @@ impl<'a> Problem<'a> {
                 opened: opened.clone(),
                 energy: f64::INFINITY,
                 area_distortion: f64::INFINITY,
+            conformality: f64::INFINITY,
             };
             let valid = self.is_valid(&layout) && self.relax(&mut layout, effort).is_ok();
             valid.then_some(layout)
@@ -136,6 +139,7 @@ impl<'a> Problem<'a> {
         self.count(solved.iterations, triangles.len());
         layout.energy = solved.energy;
         layout.area_distortion = self.area_distortion(layout);
+        layout.conformality = self.conformality(layout);
         Ok(())
     }
 
@@ -186,6 +190,27 @@ impl<'a> Problem<'a> {
             })
             .sum();
         sum.exp()
+    }
+
+    fn conformality(&self, layout: &Layout) -> f64 {
+        let flat = |q: [f64; 2]| [q[0], q[1], 0.0];
+        let angles = |[a, b, c]: [[f64; 3]; 3]| {
+            [(a, b, c), (b, c, a), (c, a, b)].map(|(at, one, other)| {
+                let (u, v) = (sub(one, at), sub(other, at));
+                length(cross(u, v)).atan2(dot(u, v))
+            })
+        };
+        let triangles = layout.opened.topology.triangles();
+        let sum: f64 = triangles
+            .iter()
+            .zip(self.patch.topology.triangles())
+            .map(|(open, corners)| {
+                let image = angles(open.map(|v| flat(layout.uv[v as usize])));
+                let surface = angles(corners.map(|v| self.patch.positions[v as usize]));
+                (0..3).map(|c| (image[c] - surface[c]).abs()).sum::<f64>()
+            })
+            .sum();
+        sum / (3 * triangles.len()) as f64
     }
 
     fn count(&self, iterations: usize, triangles: usize) {
