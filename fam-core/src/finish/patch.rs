@@ -60,7 +60,9 @@ fn unit_positions(positions: &[[f64; 3]]) -> (Vec<[f64; 3]>, f64) {
     let low = [0, 1, 2].map(|axis| fold(axis, f64::min, f64::INFINITY));
     let high = [0, 1, 2].map(|axis| fold(axis, f64::max, f64::NEG_INFINITY));
     // Halves, so that no difference overflows.
-    let side = (0..3).map(|a| 0.5 * high[a] - 0.5 * low[a]).fold(0.0, f64::max);
+    let side = (0..3)
+        .map(|a| 0.5 * high[a] - 0.5 * low[a])
+        .fold(0.0, f64::max);
     let side = if side > 0.0 { side } else { 1.0 };
     let place = |p: &[f64; 3]| [0, 1, 2].map(|a| (0.5 * p[a] - 0.5 * low[a]) / side);
     (positions.iter().map(place).collect(), 0.5 / side)
@@ -72,4 +74,43 @@ fn areas(topology: &Topology, positions: &[[f64; 3]]) -> Vec<f64> {
         0.5 * length(cross(sub(b, a), sub(c, a)))
     };
     topology.triangles().iter().map(area).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface::shapes;
+
+    #[test]
+    fn its_area_is_1_whatever_the_unit_and_place() {
+        for unit in [1.0, 1e-200, 1e200, 3e307] {
+            let torus = shapes::torus(1.0, 0.4, 16, 9);
+            let place = |p: &[f64; 3]| [0, 1, 2].map(|k| unit * (p[k] + 2.0));
+            let positions = torus.positions().iter().map(place).collect();
+            let mesh = TriangleMesh::new(positions, torus.triangles().to_vec()).unwrap();
+            let patch = Patch::of(&mesh);
+            let total: f64 = patch.areas.iter().sum();
+            assert!((total - 1.0).abs() < 1e-9, "{total} at {unit}");
+            let area: f64 = torus.triangle_areas().iter().sum();
+            let scale = patch.scale * unit * area.sqrt();
+            assert!((scale - 1.0).abs() < 1e-9, "{scale} at {unit}");
+            for h in 0..patch.topology.half_edges() {
+                let [a, b] = [patch.topology.origin(h), patch.topology.target(h)]
+                    .map(|v| torus.positions()[patch.source[v as usize] as usize]);
+                let expected = length(sub(a, b)) / area.sqrt();
+                assert!((patch.lengths[h as usize] / expected - 1.0).abs() < 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn without_area_its_longest_side_is_1() {
+        let line = [[0.0, 0.0, 0.0], [4e9, 0.0, 0.0], [1e9, 0.0, 0.0]];
+        let mesh = TriangleMesh::new(line.to_vec(), vec![[0, 1, 2]]).unwrap();
+        let patch = Patch::of(&mesh);
+        assert_eq!(patch.lengths, [1.0, 0.75, 0.25]);
+        assert_eq!(patch.scale, 0.25e-9);
+        let point = TriangleMesh::new(vec![[7.0; 3]; 3], vec![[0, 1, 2]]).unwrap();
+        assert_eq!(Patch::of(&point).lengths, [0.0; 3]);
+    }
 }

@@ -6,8 +6,8 @@ use super::patch::Patch;
 /// The smaller part has at least this share of the area.
 const LEAST_SHARE: f64 = 0.2;
 
-/// Which triangles lie beyond the shortest contour of the distance from one end of a patch;
-/// some do and some do not if there are two or more.
+/// Which triangles lie beyond the shortest contour of the distance from one end of a patch:
+/// two connected parts if there are two triangles or more.
 pub fn split(patch: &Patch) -> Vec<bool> {
     let topology = &patch.topology;
     let count = topology.triangles().len();
@@ -20,7 +20,10 @@ pub fn split(patch: &Patch) -> Vec<bool> {
     let (_, end) = farthest(0);
     let (distance, _) = farthest(end);
     let height = |t: usize| -> f64 {
-        topology.triangles()[t].iter().map(|&v| distance[v as usize]).sum()
+        topology.triangles()[t]
+            .iter()
+            .map(|&v| distance[v as usize])
+            .sum()
     };
     let mut order: Vec<usize> = (0..count).collect();
     order.sort_by(|&a, &b| height(a).total_cmp(&height(b)).then(a.cmp(&b)));
@@ -48,13 +51,37 @@ pub fn split(patch: &Patch) -> Vec<bool> {
             best = (length, place);
         }
     }
-    rank.into_iter().map(|rank| rank >= best.1).collect()
+    let beyond: Vec<bool> = rank.into_iter().map(|rank| rank >= best.1).collect();
+    let far = largest_piece(patch, &beyond, true);
+    let near = largest_piece(patch, &far, false);
+    // What else there is hangs on the far part.
+    near.into_iter().map(|near| !near).collect()
+}
+
+/// The triangles of the connected piece of largest area among those that are on one `side`.
+fn largest_piece(patch: &Patch, beyond: &[bool], side: bool) -> Vec<bool> {
+    let topology = &patch.topology;
+    let across = |h: u32| topology.twin(h).map(|twin| beyond[twin as usize / 3]);
+    let divided = topology.open(|h| across(h) == Some(!beyond[h as usize / 3]));
+    let (piece, count) = divided.topology.pieces();
+    let mut areas = vec![(0.0, 0_usize); count];
+    for t in (0..beyond.len()).filter(|&t| beyond[t] == side) {
+        let (area, triangles) = &mut areas[piece[t] as usize];
+        *area += patch.areas[t];
+        *triangles += 1;
+    }
+    let larger = |a: &usize, b: &usize| {
+        let ((a, m), (b, n)) = (areas[*a], areas[*b]);
+        a.total_cmp(&b).then(m.cmp(&n))
+    };
+    let largest = (0..count).max_by(larger);
+    piece.iter().map(|&p| Some(p as usize) == largest).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface::shapes;
+    use crate::surface::{TriangleMesh, shapes};
 
     #[test]
     fn both_parts_have_their_share() {
@@ -71,6 +98,25 @@ mod tests {
                 .sum();
             assert!((0.19..0.81).contains(&share), "{share}");
         }
+    }
+
+    /// The legs of a star are as far from one another as its middle is from each.
+    #[test]
+    fn both_parts_are_connected() {
+        let wave = |p: &[f64; 3]| {
+            let height = 2.0 * (4.0 * p[1].atan2(p[0])).sin() * p[0].hypot(p[1]);
+            [p[0], p[1], height]
+        };
+        let flat = shapes::cone(1.0, 0.0, 48, 8);
+        let positions = flat.positions().iter().map(wave).collect();
+        let ruff = TriangleMesh::new(positions, flat.triangles().to_vec()).unwrap();
+        let patch = Patch::of(&ruff);
+        let beyond = split(&patch);
+        let other_side = |h: u32| {
+            let twin = patch.topology.twin(h);
+            twin.is_some_and(|twin| beyond[h as usize / 3] != beyond[twin as usize / 3])
+        };
+        assert_eq!(patch.topology.open(other_side).topology.pieces().1, 2);
     }
 
     /// A long strip is divided across.

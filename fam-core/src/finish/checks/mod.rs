@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 use robust::{Coord, orient2d};
 
 use super::topology::Topology;
-use super::{FinishConfig, FinishProgress, FinishedAtlas, Guidance, finish};
+use super::{FinishConfig, FinishProgress, Finished, FinishedAtlas, Guidance, finish};
 use crate::metrics::{Metrics, for_each_overlapping_pair, seam_edges};
 use crate::surface::vector::{length, sub};
 use crate::surface::{Components, TriangleMesh, UvMap};
@@ -59,6 +59,12 @@ impl Task<'_> {
 
     /// Finishes a mesh; panics if the result is not valid.
     fn run(&self, mesh: &TriangleMesh) -> Outcome {
+        let outcome = self.run_unchecked(mesh);
+        outcome.check(self.squares.is_empty());
+        outcome
+    }
+
+    fn run_unchecked(&self, mesh: &TriangleMesh) -> Outcome {
         let components = Components::of(mesh, self.labels).unwrap();
         let of_vertex = |&v: &u32| (self.raw)(mesh.positions()[v as usize]);
         let raw: Vec<Vec<[f32; 2]>> = components
@@ -77,14 +83,12 @@ impl Task<'_> {
         );
         let maps: Vec<UvMap> = atlas.components.iter().map(|f| f.uvs.clone()).collect();
         let uv = components.uv_map(&maps).unwrap();
-        let outcome = Outcome {
+        Outcome {
             mesh: mesh.clone(),
             components,
             atlas,
             uv,
-        };
-        outcome.check(self.squares.is_empty());
-        outcome
+        }
     }
 }
 
@@ -136,16 +140,9 @@ impl Outcome {
                 assert_eq!(metrics.flipped_triangles, 0);
                 assert_eq!(metrics.collapsed_triangles, 0);
             }
-            let sides = seam_edges(mesh, &finished.uvs).unwrap();
-            let seams: f64 = sides
-                .iter()
-                .map(|edge| {
-                    let [a, b] = edge.map(|v| mesh.positions()[v as usize]);
-                    length(sub(a, b))
-                })
-                .sum();
-            let difference = (seams - finished.seam_length).abs();
-            assert!(difference <= 1e-9 * seams, "{difference} of {seams}");
+            if Components::of(mesh, &[]).is_ok_and(|of| of.conditioning.welded_vertices == 0) {
+                check_seams(mesh, finished);
+            }
         }
         if one_square {
             assert_eq!(self.overlaps_of_all(), 0);
@@ -182,6 +179,18 @@ impl Outcome {
             assert_eq!(metrics.charts, finished.charts);
         }
     }
+}
+
+/// The length of the seams is what it is told to be.
+fn check_seams(mesh: &TriangleMesh, finished: &Finished) {
+    let sides = seam_edges(mesh, &finished.uvs).unwrap();
+    let along = |edge: &[u32; 2]| {
+        let [a, b] = edge.map(|v| mesh.positions()[v as usize]);
+        length(sub(a, b))
+    };
+    let seams: f64 = sides.iter().map(along).sum();
+    let difference = (seams - finished.seam_length).abs();
+    assert!(difference <= 1e-9 * seams, "{difference} of {seams}");
 }
 
 /// Every chart is a disk that touches itself nowhere and no other.
@@ -239,7 +248,10 @@ fn smoothed(mesh: &TriangleMesh, rounds: usize) -> TriangleMesh {
                 *sum = [sum[0] + p[0], sum[1] + p[1], sum[2] + p[2], sum[3] + 1.0];
             }
         }
-        positions = sums.iter().map(|s| [0, 1, 2].map(|k| s[k] / s[3])).collect();
+        positions = sums
+            .iter()
+            .map(|s| [0, 1, 2].map(|k| s[k] / s[3]))
+            .collect();
     }
     TriangleMesh::new(positions, mesh.triangles().to_vec()).unwrap()
 }

@@ -22,7 +22,9 @@ fn closed(random: &mut Pcg64) -> Vec<TriangleMesh> {
 
 /// With every vertex moved by up to `amount` along each axis.
 fn jittered(mesh: &TriangleMesh, amount: f64, random: &mut Pcg64) -> TriangleMesh {
-    super::moved(mesh, |p| p.map(|c| c + random.random_range(-amount..=amount)))
+    super::moved(mesh, |p| {
+        p.map(|c| c + random.random_range(-amount..=amount))
+    })
 }
 
 /// With some edges divided next to one of their ends, or some triangles next to an edge.
@@ -89,7 +91,11 @@ fn closed_surfaces_of_any_genus_reach_the_bound() {
             genera.insert((2 - v + t / 2) / 2);
             let outcome = Task::default().run(&mesh);
             outcome.check_energy();
-            assert!(outcome.energy() <= 4.1, "{} in round {round}", outcome.energy());
+            assert!(
+                outcome.energy() <= 4.1,
+                "{} in round {round}",
+                outcome.energy()
+            );
         }
     }
     assert!(genera.len() > 2, "{genera:?}");

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use super::super::{FinishConfig, Guidance, Stage};
-use super::{Outcome, Task, moved, together};
+use super::{Task, moved, together};
 use crate::surface::TriangleMesh;
 use crate::surface::shapes::{cube, moebius_strip, open_cylinder, rectangle, sphere, torus};
 
@@ -56,6 +56,22 @@ fn slivers_have_a_place() {
     }
 }
 
+/// However thin, it is as long beside another component as on the surface.
+#[test]
+fn slivers_keep_their_proportion() {
+    for thickness in [1e-3, 1e-9, 1e-13, 1e-15, 0.0] {
+        let tip = [5.5, thickness, 0.0];
+        let sliver = mesh(&[[5.0, 0.0, 0.0], [6.0, 0.0, 0.0], tip], &[[0, 1, 2]]);
+        let outcome = Task::default().run(&together(&[rectangle(1.0, 1.0, 2, 2), sliver]));
+        let side = |component: usize| {
+            let [a, b, _] = outcome.atlas.components[component].uvs.corners(0);
+            (b[0] - a[0]).hypot(b[1] - a[1])
+        };
+        let ratio = side(1) / side(0);
+        assert!((ratio - 2.0).abs() < 1e-3, "{ratio} at {thickness}");
+    }
+}
+
 /// Rows of vertices on one line, rows of triangles without area, all of them without area.
 #[test]
 fn triangles_without_area_have_a_place() {
@@ -82,37 +98,52 @@ fn triangles_without_area_have_a_place() {
 
 #[test]
 fn any_unit_of_length_will_do() {
-    let outcomes: Vec<Outcome> = [1.0, 1e150, 1e-150]
-        .iter()
-        .map(|&unit| Task::default().run(&moved(&sphere(4), |p| p.map(|c| c * unit))))
-        .collect();
-    for (outcome, unit) in outcomes.iter().zip([1.0, 1e150, 1e-150]) {
-        assert_eq!(outcome.charts(), 1);
-        assert!(outcome.energy() <= 4.1, "{} at {unit}", outcome.energy());
-        let seam = outcome.seam_length() / unit;
-        let expected = outcomes[0].seam_length();
-        assert!((seam / expected - 1.0).abs() < 0.05, "{seam}, not {expected}, at {unit}");
+    let of = |unit: f64| Task::default().run(&moved(&sphere(4), |p| p.map(|c| c * unit)));
+    let one = of(1.0);
+    assert!(one.energy() <= 4.1, "{}", one.energy());
+    for power in [2.0_f64, 500.0, -500.0] {
+        let unit = power.exp2();
+        let outcome = of(unit);
+        assert_eq!(outcome.atlas.components[0].uvs, one.atlas.components[0].uvs);
+        assert_eq!(outcome.seam_length(), one.seam_length() * unit);
+        assert_eq!(outcome.energy(), one.energy());
     }
+    let outcome = of(1e150);
+    assert!(outcome.energy() <= 4.1, "{}", outcome.energy());
     let far = moved(&sphere(4), |p| p.map(|c| c + 1e9));
     assert!(Task::default().run(&far).energy() <= 4.1);
-    // One next to nothing beside the other.
-    let mixed = together(&[
+    for size in [1e-2, 1e-4] {
+        let small = moved(&cube(2), |p| p.map(|c| 5.0 + c * size));
+        Task::default().run(&together(&[sphere(3), small]));
+    }
+}
+
+/// There is no room in single precision for the small one; it does no harm to the large one.
+#[test]
+fn a_speck_beside_a_world() {
+    let mesh = together(&[
         moved(&sphere(3), |p| p.map(|c| c * 1e150)),
         moved(&cube(2), |p| p.map(|c| c * 1e-150)),
     ]);
-    Task::default().run(&mixed);
+    let outcome = Task::default().run_unchecked(&mesh);
+    let metrics = outcome.metrics();
+    assert_eq!(
+        (metrics.flipped_triangles, metrics.overlapping_pairs),
+        (0, 0)
+    );
+    assert!(outcome.atlas.components[0].energy <= 4.1);
+    let alone = Task::default().run(&moved(&sphere(3), |p| p.map(|c| c * 1e150)));
+    assert!(outcome.atlas.coverage[0] > 0.5 * alone.atlas.coverage[0]);
 }
 
 #[test]
 fn nonsense_from_the_network_does_no_harm() {
     let huge = |p: [f64; 3]| p.map(|c| c as f32 * 1e38);
     let noise = |p: [f64; 3]| [0, 1].map(|k| (1e4 * (p[k] + 0.3 * p[2])).sin() as f32);
-    let raws: [&dyn Fn([f64; 3]) -> [f32; 2]; 4] = [
-        &|_| [0.0; 2],
-        &|p| [huge(p)[0], huge(p)[1]],
-        &noise,
-        &|p| [if p[0] > 0.0 { f32::MAX } else { f32::MIN }, 0.0],
-    ];
+    let raws: [&dyn Fn([f64; 3]) -> [f32; 2]; 4] =
+        [&|_| [0.0; 2], &|p| [huge(p)[0], huge(p)[1]], &noise, &|p| {
+            [if p[0] > 0.0 { f32::MAX } else { f32::MIN }, 0.0]
+        }];
     for raw in raws {
         let task = Task {
             guidance: Guidance::Tears,
@@ -139,7 +170,11 @@ fn one_chart_if_no_more_are_allowed() {
 /// What there is then is valid, and as good as its energy says.
 #[test]
 fn finishing_can_be_broken_off() {
-    for mesh in [sphere(6), torus(1.0, 0.4, 20, 10), moebius_strip(0.4, 30, 4)] {
+    for mesh in [
+        sphere(6),
+        torus(1.0, 0.4, 20, 10),
+        moebius_strip(0.4, 30, 4),
+    ] {
         let energies: Vec<f64> = [0, 1, 3]
             .map(|rounds| {
                 let seen = std::cell::Cell::new(0);
@@ -216,7 +251,10 @@ fn every_square_is_filled_on_its_own() {
     let outcome = task.run(&mesh);
     let side = |f: usize| {
         let uvs = &outcome.atlas.components[f].uvs;
-        (0..32).map(|t| 0.5 * super::doubled_area(uvs.corners(t))).sum::<f64>().sqrt()
+        (0..32)
+            .map(|t| 0.5 * super::doubled_area(uvs.corners(t)))
+            .sum::<f64>()
+            .sqrt()
     };
     assert!(side(1) > 0.99, "{}", side(1));
     assert!((side(0) / side(2) - 1.0).abs() < 1e-3 && side(0) < 0.51);
