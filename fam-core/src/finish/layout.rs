@@ -40,13 +40,18 @@ impl Layout {
     }
 }
 
-
 impl Layout {
     /// The same coordinates over another cut of the same patch: vertices that are split have
     /// theirs twice, those that become one have the mean of theirs.
     pub fn recut(&self, cut: Cut, opened: Opened) -> Self {
         let corners = |opened: &Opened| -> Vec<u32> {
-            opened.topology.triangles().iter().flatten().copied().collect()
+            opened
+                .topology
+                .triangles()
+                .iter()
+                .flatten()
+                .copied()
+                .collect()
         };
         let mut pairs: Vec<_> = corners(&opened)
             .into_iter()

@@ -8,11 +8,7 @@ use super::layout::Layout;
 /// made coherent across the edges that join a chart, so that a mesh of mixed winding, such
 /// as a Möbius strip, has a layout without flipped triangles. A triangle that repeats another
 /// (`first_alike`) does not count.
-pub(super) fn flipped_triangles(
-    layout: &Layout,
-    charts: &Charts,
-    first_alike: &[u32],
-) -> usize {
+pub(super) fn flipped_triangles(layout: &Layout, charts: &Charts, first_alike: &[u32]) -> usize {
     let oriented: Vec<(usize, f64)> = (0..layout.len())
         .map(|t| {
             let (chart, opposed) = charts.find(t as u32);

@@ -89,11 +89,7 @@ impl Metrics {
             triangles: layout.len(),
             degenerate_triangles: layout.len() - layout.measured().count(),
             collapsed_triangles: layout.collapsed_triangles(),
-            flipped_triangles: flipped_triangles::flipped_triangles(
-                &layout,
-                &charts,
-                &first_alike,
-            ),
+            flipped_triangles: flipped_triangles::flipped_triangles(&layout, &charts, &first_alike),
             overlapping_pairs,
             overlap_percentage: overlaps::overlap_percentage(overlapping_pairs, layout.len()),
             conformality: conformality::conformality(&layout),

@@ -10,7 +10,11 @@ use super::super::solve::newton::{Flattening, Stop};
 use super::super::solve::orientation::first_flipped;
 use super::super::solve::rest::RestShapes;
 use super::super::solve::tutte;
+use super::super::topology::{next, previous};
 use crate::surface::vector::{cross, dot, length, sub};
+
+/// Thinner triangles than this share of their longest edge count as this thick.
+const THINNEST: f64 = 0.01;
 
 /// How far to solve.
 #[derive(Clone, Copy)]
@@ -61,9 +65,15 @@ impl<'a> Problem<'a> {
         layout.cut.cost(&self.cost)
     }
 
+    /// The boundary of a layout. It keeps a distance to itself that goes by the lengths of
+    /// edges, and by the heights of triangles where these are thin.
     pub fn boundary(&self, layout: &Layout) -> Boundary {
-        let lengths = &self.patch.lengths;
-        Boundary::new(&layout.opened.topology, |h| lengths[h as usize])
+        let length = |h: u32| self.patch.lengths[h as usize];
+        Boundary::new(&layout.opened.topology, |h| {
+            let longest = length(h).max(length(next(h))).max(length(previous(h)));
+            let height = 2.0 * self.patch.areas[h as usize / 3] / longest;
+            length(h).min(height.max(THINNEST * longest))
+        })
     }
 
     /// Whether all triangles are positive and, where it must, the boundary is simple.
@@ -99,7 +109,7 @@ impl<'a> Problem<'a> {
                 opened: opened.clone(),
                 energy: f64::INFINITY,
                 area_distortion: f64::INFINITY,
-            conformality: f64::INFINITY,
+                conformality: f64::INFINITY,
             };
             let valid = self.is_valid(&layout) && self.relax(&mut layout, effort).is_ok();
             valid.then_some(layout)
