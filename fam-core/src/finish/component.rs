@@ -70,16 +70,15 @@ pub fn flat_charts(
             going = going && proceed(layout.energy, layout.cut.cost(&patch.lengths));
             going
         });
+        let several = part.triangles.len() > 1;
         let room = charts.len() + parts.len() + 1 < config.max_charts && going;
-        let layout = match layout {
-            Ok(layout) if layout.is_within(goal.bound) || !room => Some(layout),
-            Ok(_) | Err(_) => None,
-        };
         match layout {
-            Some(layout) => charts.push(chart(&part, &patch, layout)),
-            None if part.triangles.len() > 1 => parts.extend(halves(&part, &patch)),
+            Ok(layout) if layout.is_within(goal.bound) || !room || !several => {
+                charts.push(chart(&part, &patch, layout));
+            }
+            Ok(_) | Err(_) if several => parts.extend(halves(&part, &patch)),
             // A single triangle always has a layout.
-            None => {}
+            Ok(_) | Err(_) => {}
         }
     }
     charts
@@ -131,8 +130,8 @@ fn halves(part: &Part, patch: &Patch) -> Vec<Part> {
             .iter()
             .map(|&v| part.mesh.positions()[v as usize])
             .collect();
-        let Ok(components) = TriangleMesh::new(positions, triangles)
-            .and_then(|mesh| Components::of(&mesh, &[]))
+        let Ok(components) =
+            TriangleMesh::new(positions, triangles).and_then(|mesh| Components::of(&mesh, &[]))
         else {
             continue;
         };

@@ -16,31 +16,42 @@ pub struct Layout {
     pub energy: f64,
     /// Area distortion: `exp` of the mean absolute logarithm of the areas' ratio.
     pub area_distortion: f64,
+    /// Mean absolute difference between angles on the surface and in the plane.
+    pub conformality: f64,
 }
 
-/// The area distortion that goes with the mean energy of [`ORDINARY_EXCESS`] above an isometry
-/// in a good layout.
+/// The most area distortion and conformality that a good layout has whose mean energy is
+/// [`ORDINARY_EXCESS`] above that of an isometry.
 const ORDINARY_AREA: f64 = 1.12;
+const ORDINARY_ANGLE: f64 = 0.1;
 const ORDINARY_EXCESS: f64 = 0.1;
 
+/// What bounds of areas and angles never go below: rounding.
+const ROUNDING: f64 = 1e-3;
+
 impl Layout {
-    /// Whether the distortion is within a bound: the energy, and the area distortion that goes
-    /// with it. For small distortions the energy grows as its square.
+    /// Whether the distortion is within a bound: the energy, and the distortion of areas and
+    /// angles that goes with it. For small distortions the energy grows as their squares.
     pub fn is_within(&self, bound: f64) -> bool {
-        let area = ORDINARY_AREA.ln() * ((bound - 4.0) / ORDINARY_EXCESS).max(0.0).sqrt();
-        self.energy <= bound && self.area_distortion.ln() <= area.max(LEAST_AREA)
+        let factor = ((bound - 4.0) / ORDINARY_EXCESS).max(0.0).sqrt();
+        self.energy <= bound
+            && self.area_distortion.ln() <= (factor * ORDINARY_AREA.ln()).max(ROUNDING)
+            && self.conformality <= (factor * ORDINARY_ANGLE).max(ROUNDING)
     }
 }
-
-/// Rounding, of the logarithm of the area distortion.
-const LEAST_AREA: f64 = 1e-3;
 
 impl Layout {
     /// The same coordinates over another cut of the same patch: vertices that are split have
     /// theirs twice, those that become one have the mean of theirs.
     pub fn recut(&self, cut: Cut, opened: Opened) -> Self {
         let corners = |opened: &Opened| -> Vec<u32> {
-            opened.topology.triangles().iter().flatten().copied().collect()
+            opened
+                .topology
+                .triangles()
+                .iter()
+                .flatten()
+                .copied()
+                .collect()
         };
         let mut pairs: Vec<_> = corners(&opened)
             .into_iter()
@@ -59,6 +70,7 @@ impl Layout {
             uv: sums.into_iter().map(|[u, v, n]| [u / n, v / n]).collect(),
             energy: self.energy,
             area_distortion: self.area_distortion,
+            conformality: self.conformality,
         }
     }
 }

@@ -49,7 +49,10 @@ pub fn finish(
         .collect();
     progress(list.len().saturating_sub(1), Stage::Pack, 0.0, 0.0);
     let square = |c: usize| squares.get(list[c].label as usize).copied().unwrap_or(0);
-    let count = (0..list.len()).map(square).max().map_or(1, |last| last as usize + 1);
+    let count = (0..list.len())
+        .map(square)
+        .max()
+        .map_or(1, |last| last as usize + 1);
     let mut uvs: Vec<Vec<Vec<[f32; 2]>>> = charts.iter().map(|_| Vec::new()).collect();
     let mut coverage = vec![0.0; count];
     for (number, coverage) in coverage.iter_mut().enumerate() {
@@ -105,8 +108,7 @@ fn at_one_scale(list: &[Component]) -> Vec<TriangleMesh> {
             let low = [0, 1, 2].map(|axis| low_and_high(mesh, axis).0);
             let place = |p: &[f64; 3]| [0, 1, 2].map(|a| (0.5 * p[a] - 0.5 * low[a]) / unit);
             let positions = mesh.positions().iter().map(place).collect();
-            TriangleMesh::new(positions, mesh.triangles().to_vec())
-                .unwrap_or_else(|_| mesh.clone())
+            TriangleMesh::new(positions, mesh.triangles().to_vec()).unwrap_or_else(|_| mesh.clone())
         })
         .collect()
 }
@@ -133,7 +135,11 @@ fn finished(component: &Component, charts: &[FlatChart], placed: &[Vec<[f32; 2]>
     Finished {
         seam_length: seam_length(mesh, &triangles),
         charts: charts.len(),
-        energy: if total > 0.0 { sum / total } else { f64::INFINITY },
+        energy: if total > 0.0 {
+            sum / total
+        } else {
+            f64::INFINITY
+        },
         uvs: UvMap::new(uvs, triangles).unwrap_or_else(|_| flat(mesh)),
     }
 }
@@ -190,20 +196,31 @@ pub fn finish_cloud(
     let own: Vec<Vec<[f32; 2]>> = components
         .list
         .iter()
-        .map(|component| component.vertices.iter().map(|&v| raw[v as usize]).collect())
+        .map(|component| {
+            component
+                .vertices
+                .iter()
+                .map(|&v| raw[v as usize])
+                .collect()
+        })
         .collect();
     let atlas = finish(config, &components, &own, Guidance::Tears, &[], observe);
     let mut placed: Vec<Option<[f32; 2]>> = vec![None; points.len()];
     for (component, finished) in components.list.iter().zip(&atlas.components) {
         let corners = component.mesh.triangles().iter().flatten();
         for (&v, &q) in corners.zip(finished.uvs.triangles().iter().flatten()) {
-            placed[component.vertices[v as usize] as usize].get_or_insert(finished.uvs.uvs()[q as usize]);
+            placed[component.vertices[v as usize] as usize]
+                .get_or_insert(finished.uvs.uvs()[q as usize]);
         }
     }
     let of_point = |vertex: &Option<u32>| placed[(*vertex)? as usize];
     let uvs: Vec<Option<[f32; 2]>> = reconstruction.vertices.iter().map(of_point).collect();
     FinishedCloud {
         unreached: uvs.iter().filter(|uv| uv.is_none()).count(),
-        uvs: uvs.iter().zip(raw).map(|(uv, raw)| uv.unwrap_or(*raw)).collect(),
+        uvs: uvs
+            .iter()
+            .zip(raw)
+            .map(|(uv, raw)| uv.unwrap_or(*raw))
+            .collect(),
     }
 }

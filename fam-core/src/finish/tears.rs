@@ -3,7 +3,7 @@
 use super::patch::Patch;
 
 /// A cut along a tear costs this part of its length.
-const TORN: f64 = 0.25;
+const TORN: f64 = 0.9;
 
 /// An edge is torn where its image is this many times as long as most edges' of its length.
 const STRETCH: f64 = 3.0;

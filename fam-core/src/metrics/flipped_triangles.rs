@@ -6,8 +6,9 @@ use super::layout::Layout;
 /// The majority is that of their number, counter-clockwise if the two are equal: by UV area,
 /// a few triangles that a map smears across the plane would outvote all others. Windings are
 /// made coherent across the edges that join a chart, so that a mesh of mixed winding, such
-/// as a Möbius strip, has a layout without flipped triangles.
-pub(super) fn flipped_triangles(layout: &Layout, charts: &Charts) -> usize {
+/// as a Möbius strip, has a layout without flipped triangles. A triangle that repeats another
+/// (`first_alike`) does not count.
+pub(super) fn flipped_triangles(layout: &Layout, charts: &Charts, first_alike: &[u32]) -> usize {
     let oriented: Vec<(usize, f64)> = (0..layout.len())
         .map(|t| {
             let (chart, opposed) = charts.find(t as u32);
@@ -22,7 +23,9 @@ pub(super) fn flipped_triangles(layout: &Layout, charts: &Charts) -> usize {
     }
     oriented
         .iter()
-        .filter(|&&(chart, area)| {
+        .enumerate()
+        .filter(|&(t, _)| first_alike[t] == t as u32)
+        .filter(|&(_, &(chart, area))| {
             let majority = if balance[chart] < 0 { -1 } else { 1 };
             sign(area) == -majority
         })

@@ -17,6 +17,7 @@ mod edges;
 mod flipped_triangles;
 mod layout;
 mod overlaps;
+mod repeats;
 mod seam_length;
 mod symmetric_dirichlet;
 #[cfg(test)]
@@ -43,9 +44,11 @@ pub struct Metrics {
     pub degenerate_triangles: usize,
     /// Triangles with area in 3D but none in UV space.
     pub collapsed_triangles: usize,
-    /// Triangles oriented in UV space against the majority of their chart, by number.
+    /// Triangles oriented in UV space against the majority of their chart, by number. One that
+    /// repeats another, in space and in the plane, does not count.
     pub flipped_triangles: usize,
-    /// Pairs of triangles whose interiors intersect in UV space.
+    /// Pairs of triangles whose interiors intersect in UV space, without those that are one
+    /// triangle twice, in space and in the plane.
     pub overlapping_pairs: u64,
     /// Overlapping pairs, in percent of all pairs of triangles.
     pub overlap_percentage: f64,
@@ -79,13 +82,14 @@ impl Metrics {
         let layout = Layout::new(mesh, uv)?;
         let sides = edges::sides(mesh, uv);
         let charts = Charts::new(layout.len(), &sides);
-        let overlapping_pairs = overlaps::overlapping_pairs(uv);
+        let first_alike = repeats::first_alike(mesh, uv);
+        let overlapping_pairs = overlaps::overlapping_pairs(uv, &first_alike);
         Ok(Self {
             vertices: mesh.positions().len(),
             triangles: layout.len(),
             degenerate_triangles: layout.len() - layout.measured().count(),
             collapsed_triangles: layout.collapsed_triangles(),
-            flipped_triangles: flipped_triangles::flipped_triangles(&layout, &charts),
+            flipped_triangles: flipped_triangles::flipped_triangles(&layout, &charts, &first_alike),
             overlapping_pairs,
             overlap_percentage: overlaps::overlap_percentage(overlapping_pairs, layout.len()),
             conformality: conformality::conformality(&layout),

@@ -524,3 +524,16 @@ fn the_table_is_aligned() {
     let collapsed = measure_mapped(&square(), |_| [0.0, 0.0]).to_string();
     assert!(collapsed.contains("area distortion                 inf"));
 }
+
+#[test]
+fn a_triangle_drawn_twice_is_no_overlap_but_one_laid_over_another_is() {
+    let [a, b, c] = RIGHT;
+    let [p, q, r] = RIGHT_UV;
+    let twice = measure_soup(&[RIGHT, [a, c, b]], &[RIGHT_UV, [p, r, q]]);
+    assert_eq!((twice.overlapping_pairs, twice.flipped_triangles), (0, 0));
+    let turned = measure_soup(&[RIGHT, [a, c, b]], &[RIGHT_UV, [q, p, r]]);
+    assert_eq!(turned.overlapping_pairs, 1);
+    let above = RIGHT.map(|[x, y, z]| [x, y, z + 1.0]);
+    let others = measure_soup(&[RIGHT, above], &[RIGHT_UV, RIGHT_UV]);
+    assert_eq!(others.overlapping_pairs, 1);
+}

@@ -38,7 +38,10 @@ pub(super) fn random_costs(topology: &Topology, seed: u64) -> Vec<f64> {
 
 /// The faces of the cells of a grid of unit cubes for which `solid` holds, two triangles each;
 /// where the surface touches itself it is taken apart.
-pub(in super::super) fn cubes(size: [i32; 3], solid: impl Fn([i32; 3]) -> bool) -> Vec<TriangleMesh> {
+pub(in super::super) fn cubes(
+    size: [i32; 3],
+    solid: impl Fn([i32; 3]) -> bool,
+) -> Vec<TriangleMesh> {
     let inside =
         |cell: [i32; 3]| (0..3).all(|axis| (0..size[axis]).contains(&cell[axis])) && solid(cell);
     let mut positions = Vec::new();

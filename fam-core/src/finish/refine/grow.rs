@@ -57,7 +57,12 @@ impl Growth {
     pub fn new(problem: &Problem) -> Self {
         let patch = problem.patch;
         let over = |spread: f64| {
-            Diffusion::new(&patch.topology, &patch.lengths, &patch.areas, spread * spread)
+            Diffusion::new(
+                &patch.topology,
+                &patch.lengths,
+                &patch.areas,
+                spread * spread,
+            )
         };
         Self {
             diffusions: SPREADS.map(over),
@@ -153,7 +158,10 @@ impl Growth {
         let excess = problem.excess(layout);
         let mut starts: Vec<(f64, u32)> = Vec::new();
         for diffusion in &self.diffusions {
-            for peak in peaks(topology, diffusion, &excess, &depth).iter().take(PEAKS) {
+            for peak in peaks(topology, diffusion, &excess, &depth)
+                .iter()
+                .take(PEAKS)
+            {
                 for v in [peak.vertex].into_iter().chain(peak.deep.iter().copied()) {
                     let depth = depth[v as usize];
                     if depth > 0.0 {

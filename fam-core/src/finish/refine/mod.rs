@@ -26,7 +26,10 @@ const ROUNDS: usize = 60;
 
 /// Newton steps over the whole patch after which nothing new is begun: some 12 ms each for ten
 /// thousand triangles.
-const STEPS: u64 = 250;
+const STEPS: u64 = 400;
+
+/// Newton steps after which no further cut is made.
+const MOST_STEPS: u64 = 700;
 
 /// How often the cut is straightened and gone over.
 const CYCLES: usize = 3;
@@ -103,7 +106,9 @@ pub fn refined(
         if layout.is_within(goal.bound) {
             layout = shortened(&problem, layout, goal.bound, &mut proceed);
         }
-        let gain = best.as_ref().map(|best| gain(&problem, best, &layout, goal.bound));
+        let gain = best
+            .as_ref()
+            .map(|best| gain(&problem, best, &layout, goal.bound));
         cut = layout.cut.clone();
         if gain.is_none_or(|gain| gain > 0.0) {
             best = Some(layout);
@@ -136,7 +141,8 @@ fn grown(
     proceed: &mut impl FnMut(&Layout) -> bool,
 ) -> Layout {
     for _ in 0..ROUNDS {
-        if layout.is_within(goal.bound) || !proceed(&layout) {
+        let spent = problem.steps() > MOST_STEPS;
+        if layout.is_within(goal.bound) || spent || !proceed(&layout) {
             break;
         }
         match growth.round(problem, &layout, goal.bound, goal.seam_weight * WORTH) {

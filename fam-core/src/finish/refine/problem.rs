@@ -10,6 +10,11 @@ use super::super::solve::newton::{Flattening, Stop};
 use super::super::solve::orientation::first_flipped;
 use super::super::solve::rest::RestShapes;
 use super::super::solve::tutte;
+use super::super::topology::{next, previous};
+use crate::surface::vector::{cross, dot, length, sub};
+
+/// Thinner triangles than this share of their longest edge count as this thick.
+const THINNEST: f64 = 0.01;
 
 /// How far to solve.
 #[derive(Clone, Copy)]
@@ -60,9 +65,15 @@ impl<'a> Problem<'a> {
         layout.cut.cost(&self.cost)
     }
 
+    /// The boundary of a layout. It keeps a distance to itself that goes by the lengths of
+    /// edges, and by the heights of triangles where these are thin.
     pub fn boundary(&self, layout: &Layout) -> Boundary {
-        let lengths = &self.patch.lengths;
-        Boundary::new(&layout.opened.topology, |h| lengths[h as usize])
+        let length = |h: u32| self.patch.lengths[h as usize];
+        Boundary::new(&layout.opened.topology, |h| {
+            let longest = length(h).max(length(next(h))).max(length(previous(h)));
+            let height = 2.0 * self.patch.areas[h as usize / 3] / longest;
+            length(h).min(height.max(THINNEST * longest))
+        })
     }
 
     /// Whether all triangles are positive and, where it must, the boundary is simple.
@@ -80,6 +91,7 @@ impl<'a> Problem<'a> {
             opened,
             energy: f64::INFINITY,
             area_distortion: f64::INFINITY,
+            conformality: f64::INFINITY,
         };
         self.relax(&mut layout, effort)?;
         Ok(layout)
@@ -97,6 +109,7 @@ impl<'a> Problem<'a> {
                 opened: opened.clone(),
                 energy: f64::INFINITY,
                 area_distortion: f64::INFINITY,
+                conformality: f64::INFINITY,
             };
             let valid = self.is_valid(&layout) && self.relax(&mut layout, effort).is_ok();
             valid.then_some(layout)
@@ -136,6 +149,7 @@ impl<'a> Problem<'a> {
         self.count(solved.iterations, triangles.len());
         layout.energy = solved.energy;
         layout.area_distortion = self.area_distortion(layout);
+        layout.conformality = self.conformality(layout);
         Ok(())
     }
 
@@ -186,6 +200,27 @@ impl<'a> Problem<'a> {
             })
             .sum();
         sum.exp()
+    }
+
+    fn conformality(&self, layout: &Layout) -> f64 {
+        let flat = |q: [f64; 2]| [q[0], q[1], 0.0];
+        let angles = |[a, b, c]: [[f64; 3]; 3]| {
+            [(a, b, c), (b, c, a), (c, a, b)].map(|(at, one, other)| {
+                let (u, v) = (sub(one, at), sub(other, at));
+                length(cross(u, v)).atan2(dot(u, v))
+            })
+        };
+        let triangles = layout.opened.topology.triangles();
+        let sum: f64 = triangles
+            .iter()
+            .zip(self.patch.topology.triangles())
+            .map(|(open, corners)| {
+                let image = angles(open.map(|v| flat(layout.uv[v as usize])));
+                let surface = angles(corners.map(|v| self.patch.positions[v as usize]));
+                (0..3).map(|c| (image[c] - surface[c]).abs()).sum::<f64>()
+            })
+            .sum();
+        sum / (3 * triangles.len()) as f64
     }
 
     fn count(&self, iterations: usize, triangles: usize) {

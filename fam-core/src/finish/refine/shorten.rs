@@ -100,7 +100,10 @@ fn round(
             tip(problem, leaf, first.step)
         })
         .collect();
-    let lengths: Vec<f64> = tips.iter().map(|tip| problem_length(problem, tip)).collect();
+    let lengths: Vec<f64> = tips
+        .iter()
+        .map(|tip| problem_length(problem, tip))
+        .collect();
     let rates: Vec<Option<f64>> = (0..leaves.len())
         .into_par_iter()
         .map(|i| match known[&leaves[i].half_edges[0]].rate {
@@ -122,7 +125,9 @@ fn round(
     let mut order: Vec<usize> = (0..leaves.len()).collect();
     let rate = |i: usize| rates[i].unwrap_or(f64::INFINITY);
     order.sort_by(|&a, &b| rate(a).total_cmp(&rate(b)).then(a.cmp(&b)));
-    let most = order.first().map_or(0.0, |&i| ALIKE.0 * rate(i).max(0.0) + ALIKE.1);
+    let most = order
+        .first()
+        .map_or(0.0, |&i| ALIKE.0 * rate(i).max(0.0) + ALIKE.1);
     let mut energy = layout.energy;
     let mut chosen = Vec::new();
     for i in order {
@@ -167,7 +172,11 @@ impl Known {
     /// Whether less than `tip` can be tried.
     fn shorten(&mut self, tip: &[u32]) -> bool {
         self.step *= 0.4;
-        self.rate = if tip.len() > 1 { None } else { Some(f64::INFINITY) };
+        self.rate = if tip.len() > 1 {
+            None
+        } else {
+            Some(f64::INFINITY)
+        };
         tip.len() > 1
     }
 }
