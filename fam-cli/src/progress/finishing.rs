@@ -55,6 +55,10 @@ impl FinishingProgress {
     }
 
     fn line(&self, now: &FinishProgress) -> String {
+        let time = short(self.started.elapsed());
+        if now.stage == Stage::Pack {
+            return format!("finishing  packing  {time}");
+        }
         let mut line = String::from("finishing");
         if now.components > 1 {
             line.push_str(&format!(
@@ -63,17 +67,10 @@ impl FinishingProgress {
                 now.components
             ));
         }
-        line.push_str(match now.stage {
-            Stage::Cut => "  cut",
-            Stage::Flatten => "  flatten",
-            Stage::Refine => "  refine",
-            Stage::Pack => "  pack",
-        });
         if now.energy.is_finite() {
             line.push_str(&format!("  energy {:.3}", now.energy));
         }
-        let (seam_length, time) = (now.seam_length, short(self.started.elapsed()));
-        line.push_str(&format!("  seam length {seam_length:.2}  {time}"));
+        line.push_str(&format!("  seam length {:.2}  {time}", now.seam_length));
         line
     }
 }

@@ -83,11 +83,7 @@ pub enum Guidance {
 /// A step of finishing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
-    /// A component is cut to a disk.
-    Cut,
-    /// It is flattened.
-    Flatten,
-    /// It is cut further where it is distorted.
+    /// A component is cut and flattened.
     Refine,
     /// All charts are laid side by side.
     Pack,
