@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use super::layout::Layout;
 use super::patch::Patch;
 use super::refine::{Goal, refined};
+use super::solve::rest::RestShapes;
 use super::split::split;
 use super::tears::tear_costs;
 use super::{FinishConfig, Guidance};
@@ -77,8 +78,7 @@ pub fn flat_charts(
                 charts.push(chart(&part, &patch, layout));
             }
             Ok(_) | Err(_) if several => parts.extend(halves(&part, &patch)),
-            // A single triangle always has a layout.
-            Ok(_) | Err(_) => {}
+            Ok(_) | Err(_) => charts.push(lone_triangle(&part, &patch)),
         }
     }
     charts
@@ -105,6 +105,23 @@ fn chart(part: &Part, patch: &Patch, layout: Layout) -> FlatChart {
         triangles,
         source: part.triangles.clone(),
         energy: layout.energy,
+    }
+}
+
+/// The first triangle of a part, as it is.
+fn lone_triangle(part: &Part, patch: &Patch) -> FlatChart {
+    let corners = patch.topology.triangles()[0].map(|v| patch.positions[v as usize]);
+    let rest = RestShapes::new(&[corners], Some(1.0));
+    let [_, p, q] = rest.gradients(0);
+    // The sides are to the gradients as a matrix to its inverse.
+    let [a, b] = [[q[1], -q[0]], [-p[1], p[0]]];
+    let doubled_area = 2.0 * rest.area(0);
+    let side = |s: [f64; 2]| s.map(|c| c * doubled_area / patch.scale);
+    FlatChart {
+        uvs: vec![[0.0; 2], side(a), side(b)],
+        triangles: vec![[0, 1, 2]],
+        source: part.triangles.clone(),
+        energy: 4.0,
     }
 }
 
