@@ -9,7 +9,7 @@ use super::solve::rest::RestShapes;
 use super::split::split;
 use super::tears::tear_costs;
 use super::{FinishConfig, Guidance};
-use crate::surface::{Components, TriangleMesh};
+use crate::surface::TriangleMesh;
 
 /// A flat piece of a component.
 pub struct FlatChart {
@@ -125,11 +125,11 @@ fn lone_triangle(part: &Part, patch: &Patch) -> FlatChart {
     }
 }
 
-/// The pieces that a part falls into when it is divided.
+/// The two parts that a part falls into when it is divided. Vertices at one position stay
+/// apart if they were.
 fn halves(part: &Part, patch: &Patch) -> Vec<Part> {
     let beyond = split(patch);
-    let mut pieces = Vec::new();
-    for side in [false, true] {
+    let half = |side: bool| {
         let chosen: Vec<usize> = (0..beyond.len()).filter(|&t| beyond[t] == side).collect();
         let mut index: HashMap<u32, u32> = HashMap::new();
         let mut vertices = Vec::new();
@@ -143,29 +143,13 @@ fn halves(part: &Part, patch: &Patch) -> Vec<Part> {
             .iter()
             .map(|&t| part.mesh.triangles()[t].map(&mut compact))
             .collect();
-        let positions = vertices
-            .iter()
-            .map(|&v| part.mesh.positions()[v as usize])
-            .collect();
-        let Ok(components) =
-            TriangleMesh::new(positions, triangles).and_then(|mesh| Components::of(&mesh, &[]))
-        else {
-            continue;
-        };
-        for (number, component) in components.list.into_iter().enumerate() {
-            let own = (0..chosen.len())
-                .filter(|&k| components.of_triangle[k] == Some(number as u32))
-                .map(|k| part.triangles[chosen[k]]);
-            pieces.push(Part {
-                triangles: own.collect(),
-                vertices: component
-                    .vertices
-                    .iter()
-                    .map(|&v| part.vertices[vertices[v as usize] as usize])
-                    .collect(),
-                mesh: component.mesh,
-            });
-        }
-    }
-    pieces
+        let position = |&v: &u32| part.mesh.positions()[v as usize];
+        let positions = vertices.iter().map(position).collect();
+        Some(Part {
+            mesh: TriangleMesh::new(positions, triangles).ok()?,
+            vertices: vertices.iter().map(|&v| part.vertices[v as usize]).collect(),
+            triangles: chosen.iter().map(|&t| part.triangles[t]).collect(),
+        })
+    };
+    [false, true].into_iter().filter_map(half).collect()
 }
