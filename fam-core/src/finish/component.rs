@@ -5,10 +5,11 @@ use std::collections::HashMap;
 use super::layout::Layout;
 use super::patch::Patch;
 use super::refine::{Goal, refined};
+use super::solve::rest::RestShapes;
 use super::split::split;
 use super::tears::tear_costs;
 use super::{FinishConfig, Guidance};
-use crate::surface::{Components, TriangleMesh};
+use crate::surface::TriangleMesh;
 
 /// A flat piece of a component.
 pub struct FlatChart {
@@ -77,8 +78,7 @@ pub fn flat_charts(
                 charts.push(chart(&part, &patch, layout));
             }
             Ok(_) | Err(_) if several => parts.extend(halves(&part, &patch)),
-            // A single triangle always has a layout.
-            Ok(_) | Err(_) => {}
+            Ok(_) | Err(_) => charts.push(lone_triangle(&part, &patch)),
         }
     }
     charts
@@ -108,11 +108,28 @@ fn chart(part: &Part, patch: &Patch, layout: Layout) -> FlatChart {
     }
 }
 
-/// The pieces that a part falls into when it is divided.
+/// The first triangle of a part, as it is.
+fn lone_triangle(part: &Part, patch: &Patch) -> FlatChart {
+    let corners = patch.topology.triangles()[0].map(|v| patch.positions[v as usize]);
+    let rest = RestShapes::new(&[corners], Some(1.0));
+    let [_, p, q] = rest.gradients(0);
+    // The sides are to the gradients as a matrix to its inverse.
+    let [a, b] = [[q[1], -q[0]], [-p[1], p[0]]];
+    let doubled_area = 2.0 * rest.area(0);
+    let side = |s: [f64; 2]| s.map(|c| c * doubled_area / patch.scale);
+    FlatChart {
+        uvs: vec![[0.0; 2], side(a), side(b)],
+        triangles: vec![[0, 1, 2]],
+        source: part.triangles.clone(),
+        energy: 4.0,
+    }
+}
+
+/// The two parts that a part falls into when it is divided. Vertices at one position stay
+/// apart if they were.
 fn halves(part: &Part, patch: &Patch) -> Vec<Part> {
     let beyond = split(patch);
-    let mut pieces = Vec::new();
-    for side in [false, true] {
+    let half = |side: bool| {
         let chosen: Vec<usize> = (0..beyond.len()).filter(|&t| beyond[t] == side).collect();
         let mut index: HashMap<u32, u32> = HashMap::new();
         let mut vertices = Vec::new();
@@ -126,29 +143,13 @@ fn halves(part: &Part, patch: &Patch) -> Vec<Part> {
             .iter()
             .map(|&t| part.mesh.triangles()[t].map(&mut compact))
             .collect();
-        let positions = vertices
-            .iter()
-            .map(|&v| part.mesh.positions()[v as usize])
-            .collect();
-        let Ok(components) =
-            TriangleMesh::new(positions, triangles).and_then(|mesh| Components::of(&mesh, &[]))
-        else {
-            continue;
-        };
-        for (number, component) in components.list.into_iter().enumerate() {
-            let own = (0..chosen.len())
-                .filter(|&k| components.of_triangle[k] == Some(number as u32))
-                .map(|k| part.triangles[chosen[k]]);
-            pieces.push(Part {
-                triangles: own.collect(),
-                vertices: component
-                    .vertices
-                    .iter()
-                    .map(|&v| part.vertices[vertices[v as usize] as usize])
-                    .collect(),
-                mesh: component.mesh,
-            });
-        }
-    }
-    pieces
+        let position = |&v: &u32| part.mesh.positions()[v as usize];
+        let positions = vertices.iter().map(position).collect();
+        Some(Part {
+            mesh: TriangleMesh::new(positions, triangles).ok()?,
+            vertices: vertices.iter().map(|&v| part.vertices[v as usize]).collect(),
+            triangles: chosen.iter().map(|&t| part.triangles[t]).collect(),
+        })
+    };
+    [false, true].into_iter().filter_map(half).collect()
 }

@@ -74,9 +74,10 @@ pub fn finish(
     }
     let finished = list
         .iter()
+        .zip(&meshes)
         .zip(charts)
         .zip(uvs)
-        .map(|((component, charts), uvs)| finished(component, &charts, &uvs))
+        .map(|(((component, scaled), charts), uvs)| finished(component, scaled, &charts, &uvs))
         .collect();
     FinishedAtlas {
         components: finished,
@@ -114,7 +115,7 @@ fn at_one_scale(list: &[Component]) -> Vec<TriangleMesh> {
 }
 
 /// A component put together from its charts; triangles of none lie at (0, 0).
-fn finished(component: &Component, charts: &[FlatChart], placed: &[Vec<[f32; 2]>]) -> Finished {
+fn finished(component: &Component, scaled: &TriangleMesh, charts: &[FlatChart], placed: &[Vec<[f32; 2]>]) -> Finished {
     let mesh = &component.mesh;
     let mut uvs = Vec::new();
     let mut triangles = vec![[0; 3]; mesh.triangles().len()];
@@ -128,7 +129,7 @@ fn finished(component: &Component, charts: &[FlatChart], placed: &[Vec<[f32; 2]>
     if uvs.is_empty() {
         uvs.push([0.0; 2]);
     }
-    let areas = mesh.triangle_areas();
+    let areas = scaled.triangle_areas();
     let share = |chart: &FlatChart| chart.source.iter().map(|&t| areas[t as usize]).sum::<f64>();
     let total: f64 = charts.iter().map(share).sum();
     let sum: f64 = charts.iter().map(|chart| share(chart) * chart.energy).sum();

@@ -36,7 +36,7 @@ const CYCLES: usize = 3;
 
 /// The decrease of the energy per length (in units of the square root of the area) that a cut
 /// must bring at a seam weight of 1.
-const WORTH: f64 = 0.01;
+const WORTH: f64 = 0.1;
 
 /// The share of its cost by which a cut must get shorter to be gone over again.
 const LEAST_GAIN: f64 = 0.003;
@@ -145,7 +145,7 @@ fn grown(
         if layout.is_within(goal.bound) || spent || !proceed(&layout) {
             break;
         }
-        match growth.round(problem, &layout, goal.bound, goal.seam_weight * WORTH) {
+        match growth.round(problem, &layout, goal.bound, goal.seam_weight * WORTH * (goal.bound - 4.0)) {
             Some(next) => layout = next,
             None => break,
         }

@@ -9,6 +9,7 @@ use super::super::solve::energy::energy_of;
 use super::super::solve::newton::{Flattening, Stop};
 use super::super::solve::orientation::first_flipped;
 use super::super::solve::rest::RestShapes;
+use super::super::solve::stretch::even_out;
 use super::super::solve::tutte;
 use super::super::topology::{next, previous};
 use crate::surface::vector::{cross, dot, length, sub};
@@ -49,7 +50,7 @@ impl<'a> Problem<'a> {
             patch,
             cost,
             injective: false,
-            rest: RestShapes::new(&corners, None),
+            rest: RestShapes::new(&corners, Some(1.0)),
             work: AtomicU64::new(0),
         }
     }
@@ -85,8 +86,10 @@ impl<'a> Problem<'a> {
     /// The patch cut open and flattened from Tutte's embedding.
     pub fn flattened(&self, cut: Cut, effort: Effort) -> Result<Layout, SolveError> {
         let opened = cut.open(&self.patch.topology);
+        let mut uv = tutte::embed(&opened.topology, &self.rest)?;
+        even_out(opened.topology.triangles(), &self.rest, &mut uv);
         let mut layout = Layout {
-            uv: tutte::embed(&opened.topology, &self.rest)?,
+            uv,
             cut,
             opened,
             energy: f64::INFINITY,

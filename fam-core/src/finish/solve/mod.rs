@@ -7,6 +7,7 @@ pub(crate) mod newton;
 pub(crate) mod orientation;
 pub(crate) mod rest;
 mod sparse;
+pub(crate) mod stretch;
 mod symmetric_dirichlet;
 #[cfg(test)]
 mod tests;
