@@ -147,7 +147,10 @@ fn halves(part: &Part, patch: &Patch) -> Vec<Part> {
         let positions = vertices.iter().map(position).collect();
         Some(Part {
             mesh: TriangleMesh::new(positions, triangles).ok()?,
-            vertices: vertices.iter().map(|&v| part.vertices[v as usize]).collect(),
+            vertices: vertices
+                .iter()
+                .map(|&v| part.vertices[v as usize])
+                .collect(),
             triangles: chosen.iter().map(|&t| part.triangles[t]).collect(),
         })
     };

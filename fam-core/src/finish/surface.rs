@@ -115,7 +115,12 @@ fn at_one_scale(list: &[Component]) -> Vec<TriangleMesh> {
 }
 
 /// A component put together from its charts; triangles of none lie at (0, 0).
-fn finished(component: &Component, scaled: &TriangleMesh, charts: &[FlatChart], placed: &[Vec<[f32; 2]>]) -> Finished {
+fn finished(
+    component: &Component,
+    scaled: &TriangleMesh,
+    charts: &[FlatChart],
+    placed: &[Vec<[f32; 2]>],
+) -> Finished {
     let mesh = &component.mesh;
     let mut uvs = Vec::new();
     let mut triangles = vec![[0; 3]; mesh.triangles().len()];

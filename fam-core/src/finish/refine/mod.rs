@@ -145,7 +145,12 @@ fn grown(
         if layout.is_within(goal.bound) || spent || !proceed(&layout) {
             break;
         }
-        match growth.round(problem, &layout, goal.bound, goal.seam_weight * WORTH * (goal.bound - 4.0)) {
+        match growth.round(
+            problem,
+            &layout,
+            goal.bound,
+            goal.seam_weight * WORTH * (goal.bound - 4.0),
+        ) {
             Some(next) => layout = next,
             None => break,
         }
