@@ -215,6 +215,10 @@ impl FinishReport {
         }
         if let Some(metrics) = mesh {
             let counts = [
+                (
+                    metrics.collapsed_triangles as u64,
+                    "triangles without area in the plane",
+                ),
                 (metrics.flipped_triangles as u64, "flipped triangles"),
                 (metrics.overlapping_pairs, "overlapping pairs of triangles"),
             ];

@@ -4,12 +4,15 @@ use std::collections::HashMap;
 
 use super::layout::Layout;
 use super::patch::Patch;
-use super::refine::{Goal, refined};
+use super::refine::{Goal, MOST_STEPS, refined};
 use super::solve::rest::RestShapes;
 use super::split::split;
 use super::tears::tear_costs;
 use super::{FinishConfig, Guidance};
 use crate::surface::TriangleMesh;
+
+/// Components of fewer triangles may take as many steps as one of this many: they are quick.
+const SMALL: u64 = 5_000;
 
 /// A flat piece of a component.
 pub struct FlatChart {
@@ -55,6 +58,7 @@ pub fn flat_charts(
         triangles: (0..mesh.triangles().len() as u32).collect(),
     }];
     let mut going = true;
+    let mut budget = MOST_STEPS * (mesh.triangles().len() as u64).max(SMALL);
     while let Some(part) = parts.pop() {
         let patch = Patch::of(&part.mesh);
         let own: Vec<[f32; 2]> = part.vertices.iter().map(|&v| raw[v as usize]).collect();
@@ -67,21 +71,39 @@ pub fn flat_charts(
             .iter()
             .map(|&v| own[v as usize].map(f64::from))
             .collect();
-        let layout = refined(&patch, cost, &map, &goal, |layout| {
+        let map = (guidance == Guidance::Tears).then_some(map.as_slice());
+        let layout = refined(&patch, cost, map, &goal, &mut budget, |layout| {
             going = going && proceed(layout.energy, layout.cut.cost(&patch.lengths));
             going
         });
         let several = part.triangles.len() > 1;
-        let room = charts.len() + parts.len() + 1 < config.max_charts && going;
+        let room = charts.len() + parts.len() + 1 < config.max_charts && going && budget > 0;
         match layout {
-            Ok(layout) if layout.is_within(goal.bound) || !room || !several => {
-                charts.push(chart(&part, &patch, layout));
+            Ok(layout) if layout.uv.iter().flatten().all(|c| c.is_finite()) => {
+                let division = (room && several && layout.energy > goal.bound)
+                    .then(|| split(&patch))
+                    .filter(|beyond| layout.energy - goal.bound > price(&patch, beyond, &goal));
+                match division {
+                    Some(beyond) => parts.extend(halves(&part, &beyond)),
+                    None => charts.push(chart(&part, &patch, layout)),
+                }
             }
-            Ok(_) | Err(_) if several => parts.extend(halves(&part, &patch)),
+            Ok(_) | Err(_) if several => parts.extend(halves(&part, &split(&patch))),
             Ok(_) | Err(_) => charts.push(lone_triangle(&part, &patch)),
         }
     }
     charts
+}
+
+/// What the energy must be above the bound for a division to be worth its seam.
+fn price(patch: &Patch, beyond: &[bool], goal: &Goal) -> f64 {
+    let topology = &patch.topology;
+    let across = |h: &u32| {
+        let twin = topology.twin(*h);
+        twin.is_some_and(|twin| beyond[*h as usize / 3] != beyond[twin as usize / 3])
+    };
+    let seam = topology.edges().filter(across);
+    goal.worth() * seam.map(|h| patch.lengths[h as usize]).sum::<f64>()
 }
 
 /// A layout with the winding of the part's triangles and in units of the surface.
@@ -127,8 +149,7 @@ fn lone_triangle(part: &Part, patch: &Patch) -> FlatChart {
 
 /// The two parts that a part falls into when it is divided. Vertices at one position stay
 /// apart if they were.
-fn halves(part: &Part, patch: &Patch) -> Vec<Part> {
-    let beyond = split(patch);
+fn halves(part: &Part, beyond: &[bool]) -> Vec<Part> {
     let half = |side: bool| {
         let chosen: Vec<usize> = (0..beyond.len()).filter(|&t| beyond[t] == side).collect();
         let mut index: HashMap<u32, u32> = HashMap::new();

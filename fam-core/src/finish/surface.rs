@@ -53,22 +53,26 @@ pub fn finish(
         .map(square)
         .max()
         .map_or(1, |last| last as usize + 1);
-    let mut uvs: Vec<Vec<Vec<[f32; 2]>>> = charts.iter().map(|_| Vec::new()).collect();
+    let unplaced = |chart: &FlatChart| vec![[0.0_f32; 2]; chart.uvs.len()];
+    let mut uvs: Vec<Vec<Vec<[f32; 2]>>> = charts
+        .iter()
+        .map(|charts| charts.iter().map(unplaced).collect())
+        .collect();
     let mut coverage = vec![0.0; count];
     for (number, coverage) in coverage.iter_mut().enumerate() {
-        let members: Vec<(usize, Chart)> = charts
+        let members: Vec<([usize; 2], Chart)> = charts
             .iter()
             .enumerate()
             .filter(|(c, _)| square(*c) as usize == number)
-            .flat_map(|(c, charts)| charts.iter().map(move |chart| (c, chart)))
-            .filter_map(|(c, chart)| Some((c, Chart::new(&chart.uvs, &chart.triangles).ok()?)))
+            .flat_map(|(c, charts)| (0..).zip(charts).map(move |(k, chart)| ([c, k], chart)))
+            .filter_map(|(at, chart)| Some((at, Chart::new(&chart.uvs, &chart.triangles).ok()?)))
             .collect();
         let own: Vec<Chart> = members.iter().map(|(_, chart)| *chart).collect();
         let packing = pack(&own, config.margin, config.resolution);
         *coverage = packing.coverage;
         if let Ok(rounded) = to_f32(&own, &packing) {
-            for ((c, _), placed) in members.iter().zip(rounded.uvs) {
-                uvs[*c].push(placed);
+            for (([c, k], _), placed) in members.iter().zip(rounded.uvs) {
+                uvs[*c][*k] = placed;
             }
         }
     }
@@ -177,7 +181,7 @@ fn seam_length(mesh: &TriangleMesh, uv_triangles: &[[u32; 3]]) -> f64 {
         .filter(apart)
         .map(|pair| pair[0].0)
         .map(|[a, b]| length(sub(at(b), at(a))))
-        .sum()
+        .fold(0.0, |sum, length| sum + length)
 }
 
 /// Finishes the raw map of a point cloud, one UV for each point, as [`finish`] does a mesh's:

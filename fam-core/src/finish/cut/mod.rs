@@ -70,7 +70,8 @@ impl Cut {
 
     /// What the edges cost together.
     pub fn cost(&self, cost: &[f64]) -> f64 {
-        0.5 * self.half_edges().map(|h| cost[h as usize]).sum::<f64>()
+        let costs = self.half_edges().map(|h| cost[h as usize]);
+        0.5 * costs.fold(0.0, |sum, cost| sum + cost)
     }
 
     /// The surface cut along the edges.

@@ -82,12 +82,12 @@ impl Growth {
         let rough = if layout.energy > ROUGH {
             let count = if layout.energy > ROUGH + 1.5 { 4 } else { 2 };
             let union = several(problem, &paths, count);
-            problem.extended(layout, &union, TRIAL)
+            let pays = |new: &Layout| layout.energy - new.energy > worth * cost(problem, &union);
+            problem.extended(layout, &union, TRIAL).filter(pays)
         } else {
             None
         };
-        let better = |new: &Layout| new.energy < layout.energy;
-        let mut next = match rough.filter(better) {
+        let mut next = match rough {
             Some(next) => next,
             None => self.best(problem, layout, &paths, bound, worth)?,
         };

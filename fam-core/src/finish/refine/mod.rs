@@ -10,6 +10,8 @@ mod grow;
 mod problem;
 mod shorten;
 
+use std::cell::Cell;
+
 use super::cut::Cut;
 use super::cut::disk::cut_to_disk;
 use super::cut::segments::{BranchKind, branches};
@@ -24,18 +26,17 @@ use shorten::shortened;
 /// Rounds of cuts at most.
 const ROUNDS: usize = 60;
 
-/// Newton steps over the whole patch after which nothing new is begun: some 12 ms each for ten
-/// thousand triangles.
-const STEPS: u64 = 400;
+/// Newton steps over all triangles that there may be: some 12 ms each for ten thousand.
+pub const MOST_STEPS: u64 = 700;
 
-/// Newton steps after which no further cut is made.
-const MOST_STEPS: u64 = 700;
+/// The share of them after which the cut is not gone over again.
+const SHARE_OF_STEPS: f64 = 0.6;
 
 /// How often the cut is straightened and gone over.
 const CYCLES: usize = 3;
 
 /// The decrease of the energy per length (in units of the square root of the area) that a cut
-/// must bring at a seam weight of 1.
+/// must bring at a seam weight of 1, as a multiple of what the bound is above 4.
 const WORTH: f64 = 0.1;
 
 /// The share of its cost by which a cut must get shorter to be gone over again.
@@ -61,10 +62,18 @@ pub struct Goal {
     pub seam_weight: f64,
 }
 
+impl Goal {
+    /// By how much a cut must lower the energy per length.
+    pub fn worth(&self) -> f64 {
+        self.seam_weight * WORTH * (self.bound - 4.0)
+    }
+}
+
 /// Cuts a patch and lays it out without flipped triangles and overlaps. `cost` is that of a
 /// cut along every half-edge while it is looked for; the seams that are found are straightened
 /// by their length. `map` has a coordinate for every vertex of the patch, to start from if it is
-/// valid. `proceed` sees layouts on the way; after it says no, what there
+/// valid. `budget` is how many Newton steps there may be, each
+/// times the triangles it is over; what is used up is taken off. `proceed` sees layouts on the way; after it says no, what there
 /// is is brought to a valid end.
 ///
 /// # Errors
@@ -72,49 +81,68 @@ pub struct Goal {
 pub fn refined(
     patch: &Patch,
     cost: Vec<f64>,
-    map: &[[f64; 2]],
+    map: Option<&[[f64; 2]]>,
     goal: &Goal,
+    budget: &mut u64,
     mut proceed: impl FnMut(&Layout) -> bool,
 ) -> Result<Layout, SolveError> {
     let mut problem = Problem::new(patch, cost);
-    let growth = Growth::new(&problem);
-    let mut going = true;
-    let mut proceed = |layout: &Layout| {
-        going = going && proceed(layout);
-        going
+    let result = found(&mut problem, map, goal, *budget, &mut proceed);
+    *budget = budget.saturating_sub(problem.work());
+    result
+}
+
+fn found(
+    problem: &mut Problem,
+    map: Option<&[[f64; 2]]>,
+    goal: &Goal,
+    budget: u64,
+    proceed: &mut dyn FnMut(&Layout) -> bool,
+) -> Result<Layout, SolveError> {
+    let patch = problem.patch;
+    let growth = Growth::new(problem);
+    let going = Cell::new(true);
+    let mut proceed = |problem: &Problem, layout: &Layout| {
+        going.set(going.get() && problem.work() < budget && proceed(layout));
+        going.get()
     };
     let cut = cut_to_disk(&patch.topology, &problem.cost, &[], |_| false);
-    let rough = match problem.taken_from(map, &cut, START) {
+    let taken = map.and_then(|map| problem.taken_from(map, &cut, START));
+    let rough = match taken {
         Some(layout) => layout,
         None => problem.flattened(cut, START)?,
     };
-    let rough = grown(&problem, &growth, rough, goal, &mut proceed);
+    let rough = grown(problem, &growth, rough, goal, &mut proceed);
     problem.injective = true;
     // Tears say where to cut; how, their noise says badly.
     problem.cost.clone_from(&patch.lengths);
     let mut best: Option<Layout> = None;
     let mut cut = rough.cut;
     for _ in 0..CYCLES {
-        let straight = straightened(&problem, &cut);
+        let straight = straightened(problem, &cut);
         let layout = match problem.flattened(straight, START) {
             Ok(layout) => layout,
             Err(_) if best.is_some() => break,
             Err(_) => problem.flattened(cut.clone(), START)?,
         };
-        let mut layout = grown(&problem, &growth, layout, goal, &mut proceed);
-        let _ = problem.relax(&mut layout, LAST);
-        if layout.is_within(goal.bound) {
-            layout = shortened(&problem, layout, goal.bound, &mut proceed);
+        let mut layout = grown(problem, &growth, layout, goal, &mut proceed);
+        if going.get() {
+            let _ = problem.relax(&mut layout, LAST);
+        }
+        if going.get() && layout.is_within(goal.bound) {
+            let mut proceed = |layout: &Layout| proceed(problem, layout);
+            layout = shortened(problem, layout, goal.bound, &mut proceed);
         }
         let gain = best
             .as_ref()
-            .map(|best| gain(&problem, best, &layout, goal.bound));
+            .map(|best| gain(problem, best, &layout, goal.bound));
         cut = layout.cut.clone();
         if gain.is_none_or(|gain| gain > 0.0) {
             best = Some(layout);
         }
         let settled = gain.is_some_and(|gain| gain < LEAST_GAIN);
-        if settled || problem.steps() > STEPS {
+        let spent = problem.work() as f64 > SHARE_OF_STEPS * budget as f64;
+        if settled || spent || !going.get() {
             break;
         }
     }
@@ -138,19 +166,13 @@ fn grown(
     growth: &Growth,
     mut layout: Layout,
     goal: &Goal,
-    proceed: &mut impl FnMut(&Layout) -> bool,
+    proceed: &mut impl FnMut(&Problem, &Layout) -> bool,
 ) -> Layout {
     for _ in 0..ROUNDS {
-        let spent = problem.steps() > MOST_STEPS;
-        if layout.is_within(goal.bound) || spent || !proceed(&layout) {
+        if layout.is_within(goal.bound) || !proceed(problem, &layout) {
             break;
         }
-        match growth.round(
-            problem,
-            &layout,
-            goal.bound,
-            goal.seam_weight * WORTH * (goal.bound - 4.0),
-        ) {
+        match growth.round(problem, &layout, goal.bound, goal.worth()) {
             Some(next) => layout = next,
             None => break,
         }

@@ -34,7 +34,6 @@ pub struct Problem<'a> {
     /// Whether the boundary must not touch itself.
     pub injective: bool,
     rest: RestShapes,
-    /// Newton steps so far, each times the triangles it was over.
     work: AtomicU64,
 }
 
@@ -55,10 +54,9 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// How many Newton steps over the whole patch were taken in all.
-    pub fn steps(&self) -> u64 {
-        let triangles = self.patch.topology.triangles().len().max(1) as u64;
-        self.work.load(Ordering::Relaxed) / triangles
+    /// Newton steps so far, each times the triangles it was over.
+    pub fn work(&self) -> u64 {
+        self.work.load(Ordering::Relaxed)
     }
 
     /// What the cut of a layout costs.
