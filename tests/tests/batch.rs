@@ -358,6 +358,8 @@ fn every_model_works_or_fails_with_a_reason() {
             "2",
             "--points",
             "64",
+            "--finish",
+            "none",
         ],
     );
     assert_eq!(run.code, Some(1), "{}", run.stderr);
@@ -414,7 +416,16 @@ fn a_kill_while_writing_damages_nothing() {
     write_mesh(&folder.path().join("torus.ply"), &mesh);
     succeeds(
         folder.path(),
-        &brief(&["torus.ply", "-q", "--format", "glb", "-o", "out"]),
+        &brief(&[
+            "torus.ply",
+            "-q",
+            "--finish",
+            "none",
+            "--format",
+            "glb",
+            "-o",
+            "out",
+        ]),
     );
     let map = |out: &str| {
         let mut command = Command::new(&*common::FAM);
@@ -464,7 +475,16 @@ fn a_kill_leaves_a_whole_folder_of_results() {
     );
     let unwrap = |seed: &str| {
         let mut command = Command::new(&*common::FAM);
-        let arguments = ["torus.obj", "-q", "--format", "glb", "--seed", seed];
+        let arguments = [
+            "torus.obj",
+            "-q",
+            "--finish",
+            "none",
+            "--format",
+            "glb",
+            "--seed",
+            seed,
+        ];
         command.current_dir(folder.path()).args(brief(&arguments));
         command.stderr(Stdio::null());
         command

@@ -46,6 +46,49 @@ fn a_finished_layout_is_valid_and_cut_along_edges() {
     assert_eq!(metrics["torn_edges"], edges.len());
 }
 
+/// The small models beside the repository, where they are present, awkward ones among them.
+#[test]
+fn small_models_get_valid_layouts() {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/models");
+    if !models.exists() {
+        eprintln!("SKIPPED: no models beside the repository");
+        return;
+    }
+    let hostile = ["cube", "double_triangles", "plane", "torus_with_holes"];
+    let mut inputs: Vec<String> = hostile
+        .iter()
+        .map(|name| models.join(format!("hostile/{name}.obj")))
+        .chain([models.join("suzanne.obj"), models.join("formats")])
+        .map(|path| path.to_str().unwrap().to_string())
+        .collect();
+    inputs.push("-q".to_string());
+    let folder = tempfile::tempdir().unwrap();
+    let arguments: Vec<&str> = inputs.iter().map(String::as_str).collect();
+    // Some files of the folder are refused.
+    let run = common::fam(folder.path(), &brief(&arguments));
+    assert_eq!(run.code, Some(1), "{}", run.stderr);
+    let mut meshes = 0;
+    let mut folders = vec![folder.path().to_owned()];
+    while let Some(next) = folders.pop() {
+        for entry in fs::read_dir(next).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.ends_with("metrics.json") {
+                let metrics = json(&path);
+                let mesh = &metrics["mesh"];
+                if mesh.is_object() {
+                    assert_eq!(mesh["flipped_triangles"], 0, "{}", path.display());
+                    assert_eq!(mesh["overlapping_pairs"], 0, "{}", path.display());
+                    assert_eq!(mesh["collapsed_triangles"], 0, "{}", path.display());
+                    meshes += 1;
+                }
+            }
+        }
+    }
+    assert!(meshes > 20, "{meshes}");
+}
+
 #[test]
 fn what_is_not_finished_is_the_raw_map() {
     let folder = tempfile::tempdir().unwrap();

@@ -193,6 +193,8 @@ fn real_models_work_or_are_refused_in_one_line() {
                 "1",
                 "--points",
                 "64",
+                "--finish",
+                "none",
             ];
             let run = fam(folder.path(), &arguments);
             match run.code {
