@@ -14,6 +14,9 @@ use crate::surface::TriangleMesh;
 /// Components of fewer triangles may take as many steps as one of this many: they are quick.
 const SMALL: u64 = 5_000;
 
+/// What the default bound is above the energy of an isometry.
+const USUAL_EXCESS: f64 = 0.1;
+
 /// A flat piece of a component.
 pub struct FlatChart {
     /// Coordinates in units of length on the surface.
@@ -58,7 +61,10 @@ pub fn flat_charts(
         triangles: (0..mesh.triangles().len() as u32).collect(),
     }];
     let mut going = true;
-    let mut budget = MOST_STEPS * (mesh.triangles().len() as u64).max(SMALL);
+    // A lower bound takes more cuts.
+    let effort = (USUAL_EXCESS / (goal.bound - 4.0)).clamp(1.0, 4.0);
+    let steps = (effort * MOST_STEPS as f64) as u64;
+    let mut budget = steps * (mesh.triangles().len() as u64).max(SMALL);
     while let Some(part) = parts.pop() {
         let patch = Patch::of(&part.mesh);
         let own: Vec<[f32; 2]> = part.vertices.iter().map(|&v| raw[v as usize]).collect();

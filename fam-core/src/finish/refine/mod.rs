@@ -29,6 +29,9 @@ const ROUNDS: usize = 60;
 /// Newton steps over all triangles that there may be: some 12 ms each for ten thousand.
 pub const MOST_STEPS: u64 = 700;
 
+/// The share of them in which it is looked for where to cut.
+const SHARE_OF_SEARCH: f64 = 0.5;
+
 /// The share of them after which the cut is not gone over again.
 const SHARE_OF_STEPS: f64 = 0.6;
 
@@ -102,9 +105,10 @@ fn found(
     let patch = problem.patch;
     let growth = Growth::new(problem);
     let going = Cell::new(true);
+    let limit = Cell::new((SHARE_OF_SEARCH * budget as f64) as u64);
     let mut proceed = |problem: &Problem, layout: &Layout| {
-        going.set(going.get() && problem.work() < budget && proceed(layout));
-        going.get()
+        going.set(going.get() && proceed(layout));
+        going.get() && problem.work() < limit.get()
     };
     let cut = cut_to_disk(&patch.topology, &problem.cost, &[], |_| false);
     let taken = map.and_then(|map| problem.taken_from(map, &cut, START));
@@ -114,6 +118,7 @@ fn found(
     };
     let rough = grown(problem, &growth, rough, goal, &mut proceed);
     problem.injective = true;
+    limit.set(budget);
     // Tears say where to cut; how, their noise says badly.
     problem.cost.clone_from(&patch.lengths);
     let mut best: Option<Layout> = None;
