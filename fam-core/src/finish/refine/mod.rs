@@ -75,9 +75,9 @@ impl Goal {
 /// Cuts a patch and lays it out without flipped triangles and overlaps. `cost` is that of a
 /// cut along every half-edge while it is looked for; the seams that are found are straightened
 /// by their length. `map` has a coordinate for every vertex of the patch, to start from if it is
-/// valid. `budget` is how many Newton steps there may be, each
-/// times the triangles it is over; what is used up is taken off. `proceed` sees layouts on the way; after it says no, what there
-/// is is brought to a valid end.
+/// valid. `budget` is how many Newton steps there may be, each times the triangles it is over;
+/// what is used up is taken off. `proceed` sees layouts on the way; after it says no, what
+/// there is is brought to a valid end.
 ///
 /// # Errors
 /// No valid layout was found in one piece.
