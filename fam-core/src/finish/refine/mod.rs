@@ -110,13 +110,7 @@ fn found(
         going.set(going.get() && proceed(layout));
         going.get() && problem.work() < limit.get()
     };
-    let cut = cut_to_disk(&patch.topology, &problem.cost, &[], |_| false);
-    let taken = map.and_then(|map| problem.taken_from(map, &cut, START));
-    let rough = match taken {
-        Some(layout) => layout,
-        None => problem.flattened(cut, START)?,
-    };
-    let rough = grown(problem, &growth, rough, goal, &mut proceed);
+    let rough = searched(problem, &growth, map, goal, &mut proceed)?;
     problem.injective = true;
     limit.set(budget);
     // Tears say where to cut; how, their noise says badly.
@@ -152,6 +146,24 @@ fn found(
         }
     }
     best.ok_or(SolveError::NotSimple)
+}
+
+/// A layout within the bound, as far as one is found, that may overlap itself: it shows where
+/// cuts are needed.
+fn searched(
+    problem: &Problem,
+    growth: &Growth,
+    map: Option<&[[f64; 2]]>,
+    goal: &Goal,
+    proceed: &mut impl FnMut(&Problem, &Layout) -> bool,
+) -> Result<Layout, SolveError> {
+    let cut = cut_to_disk(&problem.patch.topology, &problem.cost, &[], |_| false);
+    let taken = map.and_then(|map| problem.taken_from(map, &cut, START));
+    let start = match taken {
+        Some(layout) => layout,
+        None => problem.flattened(cut, START)?,
+    };
+    Ok(grown(problem, growth, start, goal, proceed))
 }
 
 /// By how much a layout is better than another: less above the bound, or a shorter cut.
