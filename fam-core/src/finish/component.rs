@@ -3,8 +3,10 @@
 use std::collections::HashMap;
 
 use super::layout::Layout;
+use super::overlap::divided_where_overlapping;
 use super::patch::Patch;
-use super::refine::{Goal, MOST_STEPS, refined};
+use super::refine::{Goal, MOST_STEPS, Start, refined, without_regard_to_overlaps};
+use super::solve::SolveError;
 use super::solve::rest::RestShapes;
 use super::split::split;
 use super::tears::tear_costs;
@@ -35,6 +37,20 @@ struct Part {
     /// For every vertex and triangle that of the component.
     vertices: Vec<u32>,
     triangles: Vec<u32>,
+    /// Where the corners of the triangles lie in a layout of what it is a part of, in units of
+    /// the surface.
+    placed: Option<Vec<[[f64; 2]; 3]>>,
+}
+
+impl Part {
+    fn whole(mesh: &TriangleMesh) -> Self {
+        Self {
+            mesh: mesh.clone(),
+            vertices: (0..mesh.positions().len() as u32).collect(),
+            triangles: (0..mesh.triangles().len() as u32).collect(),
+            placed: None,
+        }
+    }
 }
 
 /// Cuts a component's mesh into as few charts as it takes and flattens them. `raw` has its
@@ -42,7 +58,8 @@ struct Part {
 /// area) on the way and says whether to go on refining.
 ///
 /// A part that has no valid layout in one piece is divided, down to single triangles if it must
-/// be; one that stays above the distortion bound too, as long as there are not too many charts.
+/// be. One that stays above the distortion bound is divided where it would overlap itself if it
+/// were free to, as long as there are not too many charts.
 pub fn flat_charts(
     config: &FinishConfig,
     mesh: &TriangleMesh,
@@ -54,51 +71,149 @@ pub fn flat_charts(
         bound: config.distortion_bound,
         seam_weight: config.seam_weight,
     };
-    let mut charts = Vec::new();
-    let mut parts = vec![Part {
-        mesh: mesh.clone(),
-        vertices: (0..mesh.positions().len() as u32).collect(),
-        triangles: (0..mesh.triangles().len() as u32).collect(),
-    }];
-    let mut going = true;
     // A lower bound takes more cuts.
     let effort = (USUAL_EXCESS / (goal.bound - 4.0)).clamp(1.0, 4.0);
     let steps = (effort * MOST_STEPS as f64) as u64;
-    let mut budget = steps * (mesh.triangles().len() as u64).max(SMALL);
-    while let Some(part) = parts.pop() {
+    let mut component = Component {
+        goal,
+        raw,
+        guidance,
+        areas: mesh.triangle_areas(),
+        budget: steps * (mesh.triangles().len() as u64).max(SMALL),
+        going: true,
+        proceed,
+    };
+    component.charts(Part::whole(mesh), config.max_charts)
+}
+
+/// A component that is being flattened.
+struct Component<'a> {
+    goal: Goal,
+    raw: &'a [[f32; 2]],
+    guidance: Guidance,
+    /// Of every triangle.
+    areas: Vec<f64>,
+    /// What is left to be spent, see [`refined`].
+    budget: u64,
+    /// Whether to go on refining.
+    going: bool,
+    proceed: &'a mut dyn FnMut(f64, f64) -> bool,
+}
+
+impl Component<'_> {
+    /// The charts of a part: `most` of them at most, unless it takes more to be valid.
+    fn charts(&mut self, part: Part, most: usize) -> Vec<FlatChart> {
         let patch = Patch::of(&part.mesh);
-        let own: Vec<[f32; 2]> = part.vertices.iter().map(|&v| raw[v as usize]).collect();
-        let cost = match guidance {
-            Guidance::Tears => tear_costs(&patch, &own),
-            Guidance::None => patch.lengths.clone(),
-        };
-        let map: Vec<[f64; 2]> = patch
-            .source
-            .iter()
-            .map(|&v| own[v as usize].map(f64::from))
-            .collect();
-        let map = (guidance == Guidance::Tears).then_some(map.as_slice());
-        let layout = refined(&patch, cost, map, &goal, &mut budget, |layout| {
-            going = going && proceed(layout.energy, layout.cut.cost(&patch.lengths));
-            going
-        });
         let several = part.triangles.len() > 1;
-        let room = charts.len() + parts.len() + 1 < config.max_charts && going && budget > 0;
+        let placed = part.placed.as_ref().map(|placed| {
+            let of = |h: u32| placed[h as usize / 3][corner(&part, &patch, h)];
+            let scaled = |h: u32| of(h).map(|c| c * patch.scale);
+            (0..patch.topology.half_edges())
+                .map(scaled)
+                .collect::<Vec<[f64; 2]>>()
+        });
+        let layout = self.refined(&part, &patch, placed.as_deref());
         match layout {
             Ok(layout) if layout.uv.iter().flatten().all(|c| c.is_finite()) => {
-                let division = (room && several && layout.energy > goal.bound)
-                    .then(|| split(&patch))
-                    .filter(|beyond| layout.energy - goal.bound > price(&patch, beyond, &goal));
-                match division {
-                    Some(beyond) => parts.extend(halves(&part, &beyond)),
-                    None => charts.push(chart(&part, &patch, layout)),
+                let whole = chart(&part, &patch, &layout);
+                let room = several && most > 1 && self.going && self.budget > 0;
+                if room && !layout.is_within(self.goal.bound) {
+                    let (parts, price) = self.division(&part, &patch, layout);
+                    if whole.energy - self.goal.bound > price {
+                        let charts = self.divided(parts, most);
+                        if charts.len() <= most && whole.energy - self.energy(&charts) > price {
+                            return charts;
+                        }
+                    }
                 }
+                vec![whole]
             }
-            Ok(_) | Err(_) if several => parts.extend(halves(&part, &split(&patch))),
-            Ok(_) | Err(_) => charts.push(lone_triangle(&part, &patch)),
+            Ok(_) | Err(_) if several => self.divided(halves(&part, &split(&patch)), most),
+            Ok(_) | Err(_) => vec![lone_triangle(&part, &patch)],
         }
     }
-    charts
+
+    /// The charts of parts.
+    fn divided(&mut self, parts: Vec<Part>, most: usize) -> Vec<FlatChart> {
+        let mut charts = Vec::new();
+        let mut left = parts.len();
+        for part in parts {
+            left -= 1;
+            let most = most.saturating_sub(charts.len() + left).max(1);
+            charts.extend(self.charts(part, most));
+        }
+        charts
+    }
+
+    fn refined(
+        &mut self,
+        part: &Part,
+        patch: &Patch,
+        placed: Option<&[[f64; 2]]>,
+    ) -> Result<Layout, SolveError> {
+        let own: Vec<[f32; 2]> = part
+            .vertices
+            .iter()
+            .map(|&v| self.raw[v as usize])
+            .collect();
+        let cost = match self.guidance {
+            Guidance::Tears => tear_costs(patch, &own),
+            Guidance::None => patch.lengths.clone(),
+        };
+        let of = |h: u32| own[patch.source[patch.topology.origin(h) as usize] as usize];
+        let map: Vec<[f64; 2]> = (0..patch.topology.half_edges())
+            .map(|h| of(h).map(f64::from))
+            .collect();
+        let start = match (placed, self.guidance) {
+            (Some(corners), _) => Start::Layout(corners),
+            (None, Guidance::Tears) => Start::Map(&map),
+            (None, Guidance::None) => Start::Nothing,
+        };
+        let Self { going, proceed, .. } = self;
+        refined(patch, cost, start, &self.goal, &mut self.budget, |layout| {
+            *going = *going && proceed(layout.energy, layout.cut.cost(&patch.lengths));
+            *going
+        })
+    }
+
+    /// A part in two, and what the energy must be above the bound for that to be worth its seam.
+    fn division(&mut self, part: &Part, patch: &Patch, layout: Layout) -> (Vec<Part>, f64) {
+        let free = without_regard_to_overlaps(patch, layout, &self.goal, &mut self.budget);
+        let mut part = Part {
+            mesh: part.mesh.clone(),
+            vertices: part.vertices.clone(),
+            triangles: part.triangles.clone(),
+            placed: None,
+        };
+        let beyond = match divided_where_overlapping(patch, &free) {
+            Some(beyond) => {
+                let chart = chart(&part, patch, &free);
+                let placed = chart.triangles.iter();
+                part.placed = Some(placed.map(|t| t.map(|v| chart.uvs[v as usize])).collect());
+                beyond
+            }
+            None => split(patch),
+        };
+        (halves(&part, &beyond), price(patch, &beyond, &self.goal))
+    }
+
+    /// The mean energy of charts together.
+    fn energy(&self, charts: &[FlatChart]) -> f64 {
+        let area = |chart: &FlatChart| -> f64 {
+            let areas = chart.source.iter().map(|&t| self.areas[t as usize]);
+            areas.sum()
+        };
+        let total: f64 = charts.iter().map(area).sum();
+        let sum: f64 = charts.iter().map(|chart| area(chart) * chart.energy).sum();
+        sum / total
+    }
+}
+
+/// Which corner of its triangle of the part's mesh a half-edge of the patch starts in.
+fn corner(part: &Part, patch: &Patch, h: u32) -> usize {
+    let v = patch.source[patch.topology.origin(h) as usize];
+    let corners = part.mesh.triangles()[h as usize / 3];
+    corners.iter().position(|&c| c == v).unwrap_or(0)
 }
 
 /// What the energy must be above the bound for a division to be worth its seam.
@@ -113,7 +228,7 @@ fn price(patch: &Patch, beyond: &[bool], goal: &Goal) -> f64 {
 }
 
 /// A layout with the winding of the part's triangles and in units of the surface.
-fn chart(part: &Part, patch: &Patch, layout: Layout) -> FlatChart {
+fn chart(part: &Part, patch: &Patch, layout: &Layout) -> FlatChart {
     let opened = &layout.opened;
     let triangles = std::iter::zip(part.mesh.triangles(), opened.topology.triangles())
         .map(|(corners, open)| {
@@ -179,6 +294,10 @@ fn halves(part: &Part, beyond: &[bool]) -> Vec<Part> {
                 .map(|&v| part.vertices[v as usize])
                 .collect(),
             triangles: chosen.iter().map(|&t| part.triangles[t]).collect(),
+            placed: part
+                .placed
+                .as_ref()
+                .map(|placed| chosen.iter().map(|&t| placed[t]).collect()),
         })
     };
     [false, true].into_iter().filter_map(half).collect()

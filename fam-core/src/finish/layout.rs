@@ -1,7 +1,7 @@
 //! A patch cut open and laid out in the plane.
 
 use super::cut::Cut;
-use super::topology::Opened;
+use super::topology::{Opened, Topology};
 
 /// Where a patch is cut, and a coordinate for every vertex that this gives.
 #[derive(Clone)]
@@ -30,6 +30,29 @@ const ORDINARY_EXCESS: f64 = 0.1;
 const ROUNDING: f64 = 1e-3;
 
 impl Layout {
+    /// Of a distortion that is not known yet.
+    pub fn new(cut: Cut, opened: Opened, uv: Vec<[f64; 2]>) -> Self {
+        Self {
+            cut,
+            opened,
+            uv,
+            energy: f64::INFINITY,
+            area_distortion: f64::INFINITY,
+            conformality: f64::INFINITY,
+        }
+    }
+
+    /// Of a coordinate for every half-edge: for the corner of the triangle in which it starts; the
+    /// same for all corners at a vertex that the cut leaves whole.
+    pub fn of(topology: &Topology, cut: Cut, corners: &[[f64; 2]]) -> Self {
+        let opened = cut.open(topology);
+        let mut uv = vec![[0.0; 2]; opened.topology.vertices()];
+        for (h, &corner) in (0..).zip(corners) {
+            uv[opened.topology.origin(h) as usize] = corner;
+        }
+        Self::new(cut, opened, uv)
+    }
+
     /// Whether the distortion is within a bound: the energy, and the distortion of areas and
     /// angles that goes with it. For small distortions the energy grows as their squares.
     pub fn is_within(&self, bound: f64) -> bool {
@@ -38,9 +61,7 @@ impl Layout {
             && self.area_distortion.ln() <= (factor * ORDINARY_AREA.ln()).max(ROUNDING)
             && self.conformality <= (factor * ORDINARY_ANGLE).max(ROUNDING)
     }
-}
 
-impl Layout {
     /// The same coordinates over another cut of the same patch: vertices that are split have
     /// theirs twice, those that become one have the mean of theirs.
     pub fn recut(&self, cut: Cut, opened: Opened) -> Self {

@@ -7,6 +7,8 @@ mod component;
 mod cut;
 mod diffusion;
 mod layout;
+mod min_cut;
+mod overlap;
 mod pack;
 mod patch;
 mod peaks;

@@ -1,16 +1,17 @@
 //! A surface divided in two where it is narrow.
 
 use super::cut::paths::distances;
+use super::min_cut::beyond_cheapest_contour;
 use super::patch::Patch;
+use super::topology::Topology;
 
 /// The smaller part has at least this share of the area.
 const LEAST_SHARE: f64 = 0.2;
 
-/// Which triangles lie beyond the shortest contour of the distance from one end of a patch:
+/// Which triangles lie beyond the shortest contour between one end of a patch and the other:
 /// two connected parts if there are two triangles or more.
 pub fn split(patch: &Patch) -> Vec<bool> {
     let topology = &patch.topology;
-    let count = topology.triangles().len();
     let farthest = |from: u32| {
         let distance = distances(topology, &patch.lengths, &[from]);
         let end = (0..distance.len() as u32)
@@ -19,48 +20,57 @@ pub fn split(patch: &Patch) -> Vec<bool> {
     };
     let (_, end) = farthest(0);
     let (distance, _) = farthest(end);
-    let height = |t: usize| -> f64 {
-        topology.triangles()[t]
-            .iter()
-            .map(|&v| distance[v as usize])
-            .sum()
-    };
-    let mut order: Vec<usize> = (0..count).collect();
-    order.sort_by(|&a, &b| height(a).total_cmp(&height(b)).then(a.cmp(&b)));
-    let mut rank = vec![0; count];
-    for (position, &t) in order.iter().enumerate() {
-        rank[t] = position;
-    }
-    // The length of the contour below every place in the order: of the edges that cross it.
-    let mut change = vec![0.0; count + 1];
-    for h in topology.edges() {
-        if let Some(twin) = topology.twin(h) {
-            let (a, b) = (rank[h as usize / 3], rank[twin as usize / 3]);
-            change[a.min(b) + 1] += patch.lengths[h as usize];
-            change[a.max(b) + 1] -= patch.lengths[h as usize];
-        }
-    }
-    let total: f64 = patch.areas.iter().sum();
-    let (mut area, mut length) = (0.0, 0.0);
-    let mut best = (f64::INFINITY, count / 2);
-    for place in 1..count {
-        area += patch.areas[order[place - 1]];
-        length += change[place];
-        let share = area.min(total - area);
-        if share >= LEAST_SHARE * total && length < best.0 {
-            best = (length, place);
-        }
-    }
-    let beyond: Vec<bool> = rank.into_iter().map(|rank| rank >= best.1).collect();
-    let far = largest_piece(patch, &beyond, true);
-    let near = largest_piece(patch, &far, false);
+    let [low, high] = ends(topology, patch, &distance, LEAST_SHARE);
+    split_between(topology, patch, &low, &high)
+}
+
+/// Which triangles lie beyond the shortest contour between two sets of them. Both parts are
+/// connected in `topology`, the patch's or that of the patch cut open.
+pub fn split_between(
+    topology: &Topology,
+    patch: &Patch,
+    one: &[bool],
+    other: &[bool],
+) -> Vec<bool> {
+    let beyond = beyond_cheapest_contour(topology, &patch.lengths, one, other);
+    let far = largest_piece(topology, patch, &beyond, true);
+    let near = largest_piece(topology, patch, &far, false);
     // What else there is hangs on the far part.
     near.into_iter().map(|near| !near).collect()
 }
 
+/// The triangles where `height` (of every vertex) is least and those where it is greatest: so
+/// many of each that they have at least a share of the area, or half of all.
+pub fn ends(
+    topology: &Topology,
+    patch: &Patch,
+    height: &[f64],
+    least_share: f64,
+) -> [Vec<bool>; 2] {
+    let count = topology.triangles().len();
+    let of = |t: usize| -> f64 {
+        let corners = topology.triangles()[t];
+        corners.iter().map(|&v| height[v as usize]).sum()
+    };
+    let mut order: Vec<usize> = (0..count).collect();
+    order.sort_by(|&a, &b| of(a).total_cmp(&of(b)).then(a.cmp(&b)));
+    let least = least_share * patch.areas.iter().sum::<f64>();
+    let end = |order: &mut dyn Iterator<Item = &usize>| {
+        let (mut end, mut area) = (vec![false; count], 0.0);
+        for &t in order.take(count / 2) {
+            end[t] = true;
+            area += patch.areas[t];
+            if area >= least {
+                break;
+            }
+        }
+        end
+    };
+    [end(&mut order.iter()), end(&mut order.iter().rev())]
+}
+
 /// The triangles of the connected piece of largest area among those that are on one `side`.
-fn largest_piece(patch: &Patch, beyond: &[bool], side: bool) -> Vec<bool> {
-    let topology = &patch.topology;
+fn largest_piece(topology: &Topology, patch: &Patch, beyond: &[bool], side: bool) -> Vec<bool> {
     let across = |h: u32| topology.twin(h).map(|twin| beyond[twin as usize / 3]);
     let divided = topology.open(|h| across(h) == Some(!beyond[h as usize / 3]));
     let (piece, count) = divided.topology.pieces();

@@ -17,7 +17,7 @@ mod tree_cotree;
 #[cfg(test)]
 pub(super) mod test_surfaces;
 
-use super::topology::{Opened, Topology};
+use super::topology::{Opened, Topology, next};
 
 /// Edges along which a surface is to be cut. Those of its boundary are never among them.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -30,6 +30,21 @@ impl Cut {
     pub fn none(topology: &Topology) -> Self {
         Self {
             half_edges: vec![false; topology.half_edges() as usize],
+        }
+    }
+
+    /// The edges on whose sides a layout is not the same. A coordinate belongs to a half-edge: to
+    /// the corner of the triangle in which it starts.
+    pub fn between(topology: &Topology, corners: &[[f64; 2]]) -> Self {
+        let ends = |h: u32| [corners[h as usize], corners[next(h) as usize]];
+        let apart = |h: u32| {
+            topology.twin(h).is_some_and(|twin| {
+                let [a, b] = ends(twin);
+                ends(h) != [b, a]
+            })
+        };
+        Self {
+            half_edges: (0..topology.half_edges()).map(apart).collect(),
         }
     }
 

@@ -72,10 +72,21 @@ impl Goal {
     }
 }
 
+/// Where to start from. A coordinate belongs to a half-edge: to the corner of the triangle in
+/// which it starts.
+pub enum Start<'a> {
+    /// Nothing is known.
+    Nothing,
+    /// A map, to start the search for cuts from if it is valid.
+    Map(&'a [[f64; 2]]),
+    /// A layout, cut where corners at a vertex have different coordinates, to go on from; if it
+    /// is not valid, from its cut.
+    Layout(&'a [[f64; 2]]),
+}
+
 /// Cuts a patch and lays it out without flipped triangles and overlaps. `cost` is that of a
 /// cut along every half-edge while it is looked for; the seams that are found are straightened
-/// by their length. `map` has a coordinate for every vertex of the patch, to start from if it is
-/// valid. `budget` is how many Newton steps there may be, each times the triangles it is over;
+/// by their length. `budget` is how many Newton steps there may be, each times the triangles it is over;
 /// what is used up is taken off. `proceed` sees layouts on the way; after it says no, what
 /// there is is brought to a valid end.
 ///
@@ -84,20 +95,36 @@ impl Goal {
 pub fn refined(
     patch: &Patch,
     cost: Vec<f64>,
-    map: Option<&[[f64; 2]]>,
+    start: Start,
     goal: &Goal,
     budget: &mut u64,
     mut proceed: impl FnMut(&Layout) -> bool,
 ) -> Result<Layout, SolveError> {
     let mut problem = Problem::new(patch, cost);
-    let result = found(&mut problem, map, goal, *budget, &mut proceed);
+    let result = found(&mut problem, &start, goal, *budget, &mut proceed);
     *budget = budget.saturating_sub(problem.work());
     result
 }
 
+/// A layout that may overlap itself, relaxed and cut further until it is within the bound.
+pub fn without_regard_to_overlaps(
+    patch: &Patch,
+    mut layout: Layout,
+    goal: &Goal,
+    budget: &mut u64,
+) -> Layout {
+    let problem = Problem::new(patch, patch.lengths.clone());
+    let _ = problem.relax(&mut layout, LAST);
+    let limit = *budget;
+    let mut proceed = |problem: &Problem, _: &Layout| problem.work() < limit;
+    layout = grown(&problem, &Growth::new(&problem), layout, goal, &mut proceed);
+    *budget = budget.saturating_sub(problem.work());
+    layout
+}
+
 fn found(
     problem: &mut Problem,
-    map: Option<&[[f64; 2]]>,
+    start: &Start,
     goal: &Goal,
     budget: u64,
     proceed: &mut dyn FnMut(&Layout) -> bool,
@@ -110,19 +137,33 @@ fn found(
         going.set(going.get() && proceed(layout));
         going.get() && problem.work() < limit.get()
     };
-    let rough = searched(problem, &growth, map, goal, &mut proceed)?;
+    let (mut cut, mut given) = match start {
+        Start::Layout(corners) => {
+            problem.injective = true;
+            let cut = Cut::between(&patch.topology, corners);
+            let layout = Layout::of(&patch.topology, cut.clone(), corners);
+            let taken = problem.taken(&layout, START).map(Ok);
+            let given = taken.unwrap_or_else(|| problem.flattened(cut.clone(), START));
+            (cut, Some(given?))
+        }
+        Start::Nothing | Start::Map(_) => {
+            let rough = searched(problem, &growth, start, goal, &mut proceed)?;
+            (rough.cut, None)
+        }
+    };
     problem.injective = true;
     limit.set(budget);
     // Tears say where to cut; how, their noise says badly.
     problem.cost.clone_from(&patch.lengths);
     let mut best: Option<Layout> = None;
-    let mut cut = rough.cut;
     for _ in 0..CYCLES {
-        let straight = straightened(problem, &cut);
-        let layout = match problem.flattened(straight, START) {
-            Ok(layout) => layout,
-            Err(_) if best.is_some() => break,
-            Err(_) => problem.flattened(cut.clone(), START)?,
+        let layout = match given.take() {
+            Some(layout) => layout,
+            None => match problem.flattened(straightened(problem, &cut), START) {
+                Ok(layout) => layout,
+                Err(_) if best.is_some() => break,
+                Err(_) => problem.flattened(cut.clone(), START)?,
+            },
         };
         let mut layout = grown(problem, &growth, layout, goal, &mut proceed);
         if going.get() {
@@ -153,12 +194,16 @@ fn found(
 fn searched(
     problem: &Problem,
     growth: &Growth,
-    map: Option<&[[f64; 2]]>,
+    start: &Start,
     goal: &Goal,
     proceed: &mut impl FnMut(&Problem, &Layout) -> bool,
 ) -> Result<Layout, SolveError> {
-    let cut = cut_to_disk(&problem.patch.topology, &problem.cost, &[], |_| false);
-    let taken = map.and_then(|map| problem.taken_from(map, &cut, START));
+    let topology = &problem.patch.topology;
+    let cut = cut_to_disk(topology, &problem.cost, &[], |_| false);
+    let taken = match start {
+        Start::Map(corners) => problem.taken(&Layout::of(topology, cut.clone(), corners), START),
+        Start::Nothing | Start::Layout(_) => None,
+    };
     let start = match taken {
         Some(layout) => layout,
         None => problem.flattened(cut, START)?,

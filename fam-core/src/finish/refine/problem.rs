@@ -86,32 +86,20 @@ impl<'a> Problem<'a> {
         let opened = cut.open(&self.patch.topology);
         let mut uv = tutte::embed(&opened.topology, &self.rest)?;
         even_out(opened.topology.triangles(), &self.rest, &mut uv);
-        let mut layout = Layout {
-            uv,
-            cut,
-            opened,
-            energy: f64::INFINITY,
-            area_distortion: f64::INFINITY,
-            conformality: f64::INFINITY,
-        };
+        let mut layout = Layout::new(cut, opened, uv);
         self.relax(&mut layout, effort)?;
         Ok(layout)
     }
 
-    /// The patch cut open where a map has it, if that is valid there or in the mirror. `map` has
-    /// a coordinate for every vertex of the patch.
-    pub fn taken_from(&self, map: &[[f64; 2]], cut: &Cut, effort: Effort) -> Option<Layout> {
-        let opened = cut.open(&self.patch.topology);
-        [1.0, -1.0].into_iter().find_map(|sign| {
-            let place = |&v: &u32| [sign * map[v as usize][0], map[v as usize][1]];
-            let mut layout = Layout {
-                uv: opened.source.iter().map(place).collect(),
-                cut: cut.clone(),
-                opened: opened.clone(),
-                energy: f64::INFINITY,
-                area_distortion: f64::INFINITY,
-                conformality: f64::INFINITY,
-            };
+    /// A layout, or its mirror image, relaxed, if one of them is valid.
+    pub fn taken(&self, layout: &Layout, effort: Effort) -> Option<Layout> {
+        [false, true].into_iter().find_map(|mirrored| {
+            let mut layout = layout.clone();
+            if mirrored {
+                for [u, _] in &mut layout.uv {
+                    *u = -*u;
+                }
+            }
             let valid = self.is_valid(&layout) && self.relax(&mut layout, effort).is_ok();
             valid.then_some(layout)
         })
