@@ -18,7 +18,7 @@ pub struct Evaluate {
     #[arg(value_name = "INPUT", required = true)]
     pub inputs: Vec<PathBuf>,
 
-    /// File for the table [default: standard output]
+    /// File for the table, written anew after every mesh [default: standard output]
     #[arg(short, long, value_name = "TABLE.md")]
     pub out: Option<PathBuf>,
 

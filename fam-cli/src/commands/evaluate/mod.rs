@@ -61,8 +61,11 @@ pub fn evaluate(arguments: &args::Evaluate) -> Result<ExitCode, Failure> {
             Outcome::failed(failure.to_string())
         });
         table.push(name, outcome);
+        // What took minutes is not lost when something ends the rest.
+        save(arguments, &table)?;
     }
-    write(arguments, &table)?;
+    save(arguments, &table)?;
+    print(arguments, &table)?;
     if stop.load(Ordering::Relaxed) {
         return Ok(ExitCode::from(INTERRUPTED));
     }
@@ -123,17 +126,22 @@ fn circumstances(arguments: &args::Evaluate, config: &Config, backend: &Backend)
     format!("`fam evaluate` {version}; {training}; {machine}.")
 }
 
-fn write(arguments: &args::Evaluate, table: &Table) -> Result<(), Failure> {
+/// Writes the table to its file, if there is to be one.
+fn save(arguments: &args::Evaluate, table: &Table) -> Result<(), Failure> {
+    let Some(out) = &arguments.out else {
+        return Ok(());
+    };
     let markdown = table.to_string();
-    if let Some(out) = &arguments.out {
-        write_atomically(out.clone(), |file| file.write_all(markdown.as_bytes()))
-            .map_err(Failure::work)?;
-    }
+    write_atomically(out.clone(), |file| file.write_all(markdown.as_bytes()))
+        .map_err(Failure::work)
+}
+
+fn print(arguments: &args::Evaluate, table: &Table) -> Result<(), Failure> {
     if arguments.json {
         let json = serde_json::to_string_pretty(table).map_err(Failure::work)?;
         println!("{json}");
     } else if arguments.out.is_none() {
-        print!("{markdown}");
+        print!("{table}");
     }
     Ok(())
 }

@@ -73,9 +73,10 @@ impl Table {
     }
 }
 
-const COLUMNS: [&str; 12] = [
+const COLUMNS: [&str; 13] = [
     "model",
     "layout",
+    "triangles",
     "training, s",
     "finishing, s",
     "charts",
@@ -95,6 +96,7 @@ impl Row {
         vec![
             cell(name),
             cell(&self.layout),
+            metrics.triangles.to_string(),
             seconds(training_seconds),
             seconds(self.finishing_seconds),
             metrics.charts.to_string(),
@@ -227,7 +229,7 @@ mod tests {
         assert_eq!(lines[0], titles);
         assert_eq!(
             lines[2],
-            "| sheet | finished |  | 1.2 | 1 | 0.00 | 0.000 | 1.000 | 4.000 | 0 | 0 | 50 | 0.5 |"
+            "| sheet | finished | 4 |  | 1.2 | 1 | 0.00 | 0.000 | 1.000 | 4.000 | 0 | 0 | 50 | 0.5 |"
         );
         assert!(lines[3].starts_with("| b | failed: it is \\| bad |"));
         assert_eq!(lines[4..], ["", "Made here.", "", "*theirs*: a book"]);
