@@ -3,6 +3,8 @@
 use std::collections::HashMap;
 
 use super::layout::Layout;
+use super::marks::ComponentMarks;
+use super::opening::opened;
 use super::patch::Patch;
 use super::refine::{Goal, MOST_STEPS, refined};
 use super::solve::rest::RestShapes;
@@ -30,15 +32,15 @@ pub struct FlatChart {
 }
 
 /// A part of the component that is still to be flattened.
-struct Part {
-    mesh: TriangleMesh,
+pub(super) struct Part {
+    pub(super) mesh: TriangleMesh,
     /// For every vertex and triangle that of the component.
-    vertices: Vec<u32>,
-    triangles: Vec<u32>,
+    pub(super) vertices: Vec<u32>,
+    pub(super) triangles: Vec<u32>,
 }
 
 /// Cuts a component's mesh into as few charts as it takes and flattens them. `raw` has its
-/// UVs by the network; `proceed` sees energy and seam length (over the square root of the
+/// UVs by the network; `marks` says where to cut and where not to; `proceed` sees energy and seam length (over the square root of the
 /// area) on the way and says whether to go on refining.
 ///
 /// A part that has no valid layout in one piece is divided, down to single triangles if it must
@@ -48,6 +50,7 @@ pub fn flat_charts(
     mesh: &TriangleMesh,
     raw: &[[f32; 2]],
     guidance: Guidance,
+    marks: &ComponentMarks,
     proceed: &mut dyn FnMut(f64, f64) -> bool,
 ) -> Vec<FlatChart> {
     let goal = Goal {
@@ -55,18 +58,14 @@ pub fn flat_charts(
         seam_weight: config.seam_weight,
     };
     let mut charts = Vec::new();
-    let mut parts = vec![Part {
-        mesh: mesh.clone(),
-        vertices: (0..mesh.positions().len() as u32).collect(),
-        triangles: (0..mesh.triangles().len() as u32).collect(),
-    }];
+    let mut parts = opened(mesh, marks);
     let mut going = true;
     // A lower bound takes more cuts.
     let effort = (USUAL_EXCESS / (goal.bound - 4.0)).clamp(1.0, 4.0);
     let steps = (effort * MOST_STEPS as f64) as u64;
     let mut budget = steps * (mesh.triangles().len() as u64).max(SMALL);
     while let Some(part) = parts.pop() {
-        let patch = Patch::of(&part.mesh);
+        let patch = marks.patch(&part);
         let own: Vec<[f32; 2]> = part.vertices.iter().map(|&v| raw[v as usize]).collect();
         let cost = match guidance {
             Guidance::Tears => tear_costs(&patch, &own),
@@ -101,7 +100,8 @@ pub fn flat_charts(
     charts
 }
 
-/// What the energy must be above the bound for a division to be worth its seam.
+/// What the energy must be above the bound for a division to be worth its seam; no number is
+/// enough where that is forbidden.
 fn price(patch: &Patch, beyond: &[bool], goal: &Goal) -> f64 {
     let topology = &patch.topology;
     let across = |h: &u32| {
@@ -109,7 +109,13 @@ fn price(patch: &Patch, beyond: &[bool], goal: &Goal) -> f64 {
         twin.is_some_and(|twin| beyond[*h as usize / 3] != beyond[twin as usize / 3])
     };
     let seam = topology.edges().filter(across);
-    goal.worth() * seam.map(|h| patch.lengths[h as usize]).sum::<f64>()
+    let length = seam
+        .map(|h| match patch.forbidden[h as usize] {
+            true => f64::INFINITY,
+            false => patch.lengths[h as usize],
+        })
+        .sum::<f64>();
+    goal.worth() * length
 }
 
 /// A layout with the winding of the part's triangles and in units of the surface.

@@ -6,6 +6,10 @@ use super::patch::Patch;
 /// The smaller part has at least this share of the area.
 const LEAST_SHARE: f64 = 0.2;
 
+/// A forbidden edge counts as this many times as long, so that one contour with a few is longer
+/// than most others without.
+const FORBIDDEN: f64 = 100.0;
+
 /// Which triangles lie beyond the shortest contour of the distance from one end of a patch:
 /// two connected parts if there are two triangles or more.
 pub fn split(patch: &Patch) -> Vec<bool> {
@@ -31,13 +35,21 @@ pub fn split(patch: &Patch) -> Vec<bool> {
     for (position, &t) in order.iter().enumerate() {
         rank[t] = position;
     }
+    let price = |h: u32| {
+        let factor = if patch.forbidden[h as usize] {
+            FORBIDDEN
+        } else {
+            1.0
+        };
+        factor * patch.lengths[h as usize]
+    };
     // The length of the contour below every place in the order: of the edges that cross it.
     let mut change = vec![0.0; count + 1];
     for h in topology.edges() {
         if let Some(twin) = topology.twin(h) {
             let (a, b) = (rank[h as usize / 3], rank[twin as usize / 3]);
-            change[a.min(b) + 1] += patch.lengths[h as usize];
-            change[a.max(b) + 1] -= patch.lengths[h as usize];
+            change[a.min(b) + 1] += price(h);
+            change[a.max(b) + 1] -= price(h);
         }
     }
     let total: f64 = patch.areas.iter().sum();
