@@ -116,13 +116,12 @@ impl MarkFile {
     }
 
     fn unmatched(&self, found: &MarkedEdges) -> Option<String> {
-        let all = found.edges.len() + found.unmatched;
+        let (unmatched, all) = (found.unmatched, found.edges.len() + found.unmatched);
         found.first_unmatched.as_ref().map(|first| {
             format!(
-                "{} {}: {} of the {all} edges that it marks are none of the mesh, the first is {first}",
+                "{} {}: not in the mesh are {unmatched} of {all} marked edges, the first is {first}",
                 self.option,
                 self.path.display(),
-                found.unmatched,
             )
         })
     }
@@ -151,7 +150,7 @@ impl MarksReport {
     pub fn warnings(&self) -> Vec<String> {
         let cut = (self.forbidden_cut > 0).then(|| {
             let (cut, all) = (self.forbidden_cut, self.forbidden);
-            format!("{cut} of {all} edges had to be cut although that was forbidden")
+            format!("forbidden edges that had to be cut: {cut} of {all}")
         });
         self.unmatched.iter().cloned().chain(cut).collect()
     }

@@ -58,7 +58,6 @@ impl MarkedEdges {
             let reason = "it marks nothing: there are neither lines (OBJ) nor edges (JSON) in it";
             return Err(ReadFault::Malformed(reason.to_owned()));
         }
-        let count = marked.len();
         let mut found = Self {
             edges: Vec::new(),
             unmatched: 0,
@@ -76,9 +75,8 @@ impl MarkedEdges {
             }
         }
         if found.edges.is_empty() {
-            return Err(ReadFault::Malformed(format!(
-                "of the {count} edges that it marks none is one of the mesh"
-            )));
+            let reason = "none of the edges that it marks is in the mesh";
+            return Err(ReadFault::Malformed(reason.to_owned()));
         }
         Ok(found)
     }
@@ -209,7 +207,7 @@ mod tests {
         let found = read(text).unwrap();
         assert_eq!(found.edges, [[2, 3], [2, 3], [3, 5]]);
         assert_eq!((found.unmatched, found.first_unmatched), (0, None));
-        // Rounded to fewer digits, and in the frame of another program, which is elsewhere.
+        // Rounded to four digits, and too far away.
         let near = "v 0.00008 -0.5 0\nv 0 0.49993 0.0001\nl 1 2\n";
         assert_eq!(read(near).unwrap().edges, [[2, 3]]);
         assert!(read("v 0 -0.5 0.001\nv 0 0.5 0\nl 1 2\n").is_err());
@@ -223,7 +221,7 @@ mod tests {
         assert_eq!(found.unmatched, 3);
         assert_eq!(found.first_unmatched.as_deref(), Some("line 7"));
         let none = read(&format!("{vertices}l 3 4 5\n"));
-        let reason = "of the 2 edges that it marks none is one of the mesh";
+        let reason = "none of the edges that it marks is in the mesh";
         assert_eq!(none, Err(reason.to_string()));
     }
 

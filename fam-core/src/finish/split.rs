@@ -147,4 +147,19 @@ mod tests {
             .sum();
         assert!(length < 2.0 / 8.0_f64.sqrt(), "{length}");
     }
+
+    /// It is the same length everywhere, but only a band is free.
+    #[test]
+    fn the_contour_avoids_forbidden_edges() {
+        let strip = shapes::rectangle(8.0, 1.0, 64, 8);
+        let x = |v: u32| strip.positions()[v as usize][0];
+        let is_free = |v: u32| (1.0..2.0).contains(&x(v));
+        let patch = Patch::of(&strip).forbidding(|a, b| !is_free(a) || !is_free(b));
+        let beyond = split(&patch);
+        let mut across = patch.topology.edges().filter(|&h| {
+            let twin = patch.topology.twin(h);
+            twin.is_some_and(|twin| beyond[h as usize / 3] != beyond[twin as usize / 3])
+        });
+        assert!(across.all(|h| !patch.forbidden[h as usize]));
+    }
 }
