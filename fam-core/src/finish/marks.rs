@@ -106,13 +106,15 @@ mod tests {
         let positions: Vec<_> = corners.map(|&v| sheet.positions()[v as usize]).collect();
         let triangles: Vec<[u32; 3]> = (0..4).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
         let mesh = TriangleMesh::new(positions.clone(), triangles).unwrap();
-        let along = |x: f64| {
-            let at = |y: f64| positions.iter().rposition(|p| p[0] == x && p[1] == y);
-            [at(0.5), at(-0.5)].map(|v| v.unwrap() as u32)
+        let at = |x: f64, y: f64| {
+            let last = positions.iter().rposition(|p| p[0] == x && p[1] == y);
+            last.unwrap() as u32
         };
+        let along = |x: f64| [at(x, 0.5), at(x, -0.5)];
+        let across = [at(-1.0, -0.5), at(1.0, 0.5)];
         let marks = Marks::new(
             &Edges::of(&mesh),
-            &[along(0.0), along(0.0), [0, 11], [77, 1]],
+            &[along(0.0), along(0.0), across, [77, 1]],
             &[along(-1.0)],
         );
         assert_eq!((marks.wanted().len(), marks.forbidden().len()), (1, 1));
