@@ -1,7 +1,7 @@
 //! Edges that the user marked: where to cut, and where not to.
 
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use fam_core::finish::Marks;
 use fam_core::surface::{Edges, Surface};
@@ -12,7 +12,7 @@ use crate::args::Unwrap;
 use crate::failure::Failure;
 
 /// The files of `--seams` and `--no-seams`.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct MarkFiles {
     wanted: Option<MarkFile>,
     forbidden: Option<MarkFile>,
@@ -80,7 +80,7 @@ impl MarkFiles {
             return Err(Failure::input(reason));
         };
         let mut marked = Marked::default();
-        let mut edges = |file: &Option<MarkFile>| {
+        let mut edges = |file: &Option<MarkFile>| -> Result<Vec<[u32; 2]>, Failure> {
             let Some(file) = file else {
                 return Ok(Vec::new());
             };
@@ -100,10 +100,10 @@ impl MarkFiles {
 }
 
 impl MarkFile {
-    fn read(option: &'static str, path: &PathBuf) -> Result<Self, Failure> {
+    fn read(option: &'static str, path: &Path) -> Result<Self, Failure> {
         let mut file = Self {
             option,
-            path: path.clone(),
+            path: path.to_owned(),
             bytes: Vec::new(),
         };
         file.bytes = std::fs::read(path).map_err(|error| file.failure(&error.to_string()))?;
