@@ -4,7 +4,8 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use fam_core::finish::{
-    FinishConfig, FinishProgress, FinishedAtlas, FinishedCloud, Guidance, finish, finish_cloud,
+    FinishConfig, FinishProgress, FinishedAtlas, FinishedCloud, Guidance, Marks, Unfinished,
+    finish, finish_cloud,
 };
 use fam_core::seams::{SeamRule, SeamThreshold, Seams};
 use fam_core::surface::{Components, PointCloud, Surface, SurfaceError, UvMap};
@@ -13,6 +14,7 @@ use fam_io::Uvs;
 use crate::config::{FinishMode, Finishing};
 use crate::failure::Failure;
 use crate::flatten::Flattened;
+use crate::marks::{Marked, MarksReport};
 use crate::progress::FinishingProgress;
 
 /// What to finish, and how.
@@ -21,6 +23,8 @@ pub struct Finish<'a> {
     pub surface: &'a Surface,
     /// The UV square of every label.
     pub squares: &'a [u32],
+    /// What the user marked on the mesh.
+    pub marked: Option<&'a Marked>,
     pub seam_rule: SeamRule,
     pub quiet: bool,
     pub stop: &'a AtomicBool,
@@ -40,6 +44,8 @@ pub struct Layout {
 pub struct Finished {
     pub config: FinishConfig,
     pub stopped: bool,
+    /// What came of marks, if there were any.
+    pub marks: Option<MarksReport>,
     pub outcome: Outcome,
 }
 
@@ -71,19 +77,27 @@ impl Finish<'_> {
         if self.settings.mode == FinishMode::None {
             return Ok(left(flattened, Uvs::Mesh(raw)));
         }
-        let atlas = Watched::new(self.quiet, self.stop).mesh(
-            &self.settings.config,
+        let none = Marks::default();
+        let unfinished = Unfinished {
             components,
-            &flattened.uvs,
-            Guidance::Tears,
-            self.squares,
-        );
+            raw: &flattened.uvs,
+            guidance: Guidance::Tears,
+            squares: self.squares,
+            marks: self.marked.map_or(&none, |marked| &marked.marks),
+        };
+        let watched = Watched::new(self.quiet, self.stop);
+        let atlas = watched.mesh(&self.settings.config, &unfinished);
         let maps: Vec<UvMap> = atlas.components.iter().map(|c| c.uvs.clone()).collect();
+        let seams = Seams::of_components(components, &maps, &flattened.cuts)?;
+        let marks = self.marked.map(|marked| marked.report(&seams.edges));
         Ok(Layout {
             uvs: Uvs::Mesh(components.uv_map(&maps)?),
-            seams: Seams::of_components(components, &maps, &flattened.cuts)?,
+            seams,
             thresholds: vec![None; maps.len()],
-            finished: Some(self.finished(Outcome::Mesh { raw, atlas })),
+            finished: Some(Finished {
+                marks,
+                ..self.finished(Outcome::Mesh { raw, atlas })
+            }),
         })
     }
 
@@ -114,6 +128,7 @@ impl Finish<'_> {
         Finished {
             config: self.settings.config.clone(),
             stopped: self.stop.load(Ordering::Relaxed),
+            marks: None,
             outcome,
         }
     }
@@ -142,16 +157,8 @@ impl<'a> Watched<'a> {
         }
     }
 
-    pub fn mesh(
-        mut self,
-        config: &FinishConfig,
-        components: &Components,
-        raw: &[Vec<[f32; 2]>],
-        guidance: Guidance,
-        squares: &[u32],
-    ) -> FinishedAtlas {
-        let mut observe = |now| self.observe(now);
-        let atlas = finish(config, components, raw, guidance, squares, &mut observe);
+    pub fn mesh(mut self, config: &FinishConfig, unfinished: &Unfinished) -> FinishedAtlas {
+        let atlas = finish(config, unfinished, &mut |now| self.observe(now));
         self.progress.finish();
         atlas
     }

@@ -10,6 +10,7 @@ mod finish;
 mod flatten;
 mod inputs;
 mod interrupt;
+mod marks;
 mod output;
 mod progress;
 mod report;

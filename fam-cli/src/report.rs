@@ -9,6 +9,7 @@ use fam_core::surface::{Component, Components, Conditioning};
 use serde::Serialize;
 
 use crate::finish::{Finished, Outcome};
+use crate::marks::MarksReport;
 use crate::output::Results;
 
 /// metrics.json. It holds no times, so that the same run writes the same bytes.
@@ -41,6 +42,8 @@ struct FinishReport {
     layout: Option<LayoutReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
     unreached_points: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    marks: Option<MarksReport>,
     warnings: Vec<String>,
 }
 
@@ -198,6 +201,7 @@ impl FinishReport {
         if finished.stopped {
             warnings.push("finishing was stopped early".to_string());
         }
+        warnings.extend(finished.marks.iter().flat_map(MarksReport::warnings));
         let mut unreached_points = None;
         match &finished.outcome {
             Outcome::Mesh { atlas, .. } => {
@@ -229,6 +233,7 @@ impl FinishReport {
             config: finished.config.clone(),
             layout,
             unreached_points,
+            marks: finished.marks.clone(),
             warnings,
         }
     }

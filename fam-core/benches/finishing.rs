@@ -6,7 +6,7 @@
 use std::ops::ControlFlow;
 
 use divan::Bencher;
-use fam_core::finish::{FinishConfig, Guidance, finish};
+use fam_core::finish::{FinishConfig, Guidance, Marks, Unfinished, finish};
 use fam_core::surface::{Components, shapes};
 
 #[global_allocator]
@@ -27,14 +27,17 @@ fn bust(bencher: Bencher, triangles: u32) {
         .iter()
         .map(|component| vec![[0.0; 2]; component.mesh.positions().len()])
         .collect();
+    let marks = Marks::default();
+    let unfinished = Unfinished {
+        components: &components,
+        raw: &raw,
+        guidance: Guidance::None,
+        squares: &[],
+        marks: &marks,
+    };
     bencher.bench(|| {
-        finish(
-            &FinishConfig::default(),
-            &components,
-            &raw,
-            Guidance::None,
-            &[],
-            &mut |_| ControlFlow::Continue(()),
-        )
+        finish(&FinishConfig::default(), &unfinished, &mut |_| {
+            ControlFlow::Continue(())
+        })
     });
 }

@@ -9,6 +9,7 @@
 //!   materials and textures beside it.
 //! - [`Document::of_surface`] makes a document of a surface that comes from no file.
 //! - [`seams`] writes the torn edges and seam points of a result as JSON and OBJ.
+//! - [`marks`] reads edges of a mesh that somebody marked in a file of their own.
 //! - [`picture`] draws the layout and the textured surface.
 //! - [`atomic`] replaces a file as a whole or not at all; every writer goes through it.
 //!
@@ -59,6 +60,7 @@ mod document;
 mod error;
 mod export;
 pub mod gltf;
+pub mod marks;
 pub mod obj;
 pub mod off;
 pub mod picture;

@@ -44,6 +44,7 @@
 mod colors;
 mod corner;
 mod faces;
+mod lines;
 mod materials;
 mod model;
 mod names;
@@ -61,6 +62,7 @@ use crate::document::{Content, Parsed, surface, vertex_uvs};
 use crate::scene::Scene;
 use crate::{ReadFault, Uvs};
 use colors::Colors;
+pub(crate) use lines::Lines;
 use materials::Libraries;
 use model::Model;
 use statements::{Fingerprint, open};

@@ -150,6 +150,25 @@ pub struct Unwrap {
     #[arg(long, value_name = "TEXELS", help_heading = "Finishing")]
     pub resolution: Option<u32>,
 
+    /// Cut along all edges that FILE marks, before looking for other cuts
+    ///
+    /// FILE is the seams.json of an earlier run, edited or not, or an OBJ file with lines (`l`)
+    /// along edges of the mesh, as Blender exports selected edges that were separated. Lines are
+    /// matched by position, edges in JSON by vertex numbers.
+    ///
+    /// All of these edges become seams. Lines that divide a piece of the mesh make several charts
+    /// of it, even more than --max-charts. Needs a single input, which must be a mesh.
+    #[arg(long, value_name = "FILE", help_heading = "Finishing")]
+    pub seams: Option<PathBuf>,
+
+    /// Do not cut along the edges that FILE marks, unless there is no other way
+    ///
+    /// FILE is as for --seams. Such an edge is cut only where a valid layout needs it, as on a
+    /// closed surface that is forbidden all over, or where --seams marks it too; a warning says
+    /// how many were. The distortion may stay above --distortion-bound for it.
+    #[arg(long, value_name = "FILE", help_heading = "Finishing")]
+    pub no_seams: Option<PathBuf>,
+
     /// No progress on standard error
     #[arg(short, long)]
     pub quiet: bool,
@@ -188,6 +207,8 @@ impl Default for Unwrap {
             max_charts: None,
             margin: None,
             resolution: None,
+            seams: None,
+            no_seams: None,
             quiet: false,
             json: false,
         }

@@ -3,6 +3,8 @@
 use std::collections::HashMap;
 
 use super::layout::Layout;
+use super::marks::ComponentMarks;
+use super::opening::opened;
 use super::overlap::divided_where_overlapping;
 use super::patch::Patch;
 use super::refine::{Goal, MOST_STEPS, Start, refined, without_regard_to_overlaps};
@@ -32,30 +34,19 @@ pub struct FlatChart {
 }
 
 /// A part of the component that is still to be flattened.
-struct Part {
-    mesh: TriangleMesh,
+pub(super) struct Part {
+    pub(super) mesh: TriangleMesh,
     /// For every vertex and triangle that of the component.
-    vertices: Vec<u32>,
-    triangles: Vec<u32>,
+    pub(super) vertices: Vec<u32>,
+    pub(super) triangles: Vec<u32>,
     /// Where the corners of the triangles lie in a layout of what it is a part of, in units of
     /// the surface.
-    placed: Option<Vec<[[f64; 2]; 3]>>,
-}
-
-impl Part {
-    fn whole(mesh: &TriangleMesh) -> Self {
-        Self {
-            mesh: mesh.clone(),
-            vertices: (0..mesh.positions().len() as u32).collect(),
-            triangles: (0..mesh.triangles().len() as u32).collect(),
-            placed: None,
-        }
-    }
+    pub(super) placed: Option<Vec<[[f64; 2]; 3]>>,
 }
 
 /// Cuts a component's mesh into as few charts as it takes and flattens them. `raw` has its
-/// UVs by the network; `proceed` sees energy and seam length (over the square root of the
-/// area) on the way and says whether to go on refining.
+/// UVs by the network; `marks` says where to cut and where not to; `proceed` sees energy and
+/// seam length (over the square root of the area) on the way and says whether to go on refining.
 ///
 /// A part that has no valid layout in one piece is divided, down to single triangles if it must
 /// be. One that stays above the distortion bound is divided where it would overlap itself if it
@@ -65,6 +56,7 @@ pub fn flat_charts(
     mesh: &TriangleMesh,
     raw: &[[f32; 2]],
     guidance: Guidance,
+    marks: &ComponentMarks,
     proceed: &mut dyn FnMut(f64, f64) -> bool,
 ) -> Vec<FlatChart> {
     let goal = Goal {
@@ -78,12 +70,13 @@ pub fn flat_charts(
         goal,
         raw,
         guidance,
+        marks,
         areas: mesh.triangle_areas(),
         budget: steps * (mesh.triangles().len() as u64).max(SMALL),
         going: true,
         proceed,
     };
-    component.charts(Part::whole(mesh), config.max_charts)
+    component.divided(opened(mesh, marks), config.max_charts)
 }
 
 /// A component that is being flattened.
@@ -91,6 +84,7 @@ struct Component<'a> {
     goal: Goal,
     raw: &'a [[f32; 2]],
     guidance: Guidance,
+    marks: &'a ComponentMarks,
     /// Of every triangle.
     areas: Vec<f64>,
     /// What is left to be spent, see [`refined`].
@@ -103,7 +97,7 @@ struct Component<'a> {
 impl Component<'_> {
     /// The charts of a part: `most` of them at most, unless it takes more to be valid.
     fn charts(&mut self, part: Part, most: usize) -> Vec<FlatChart> {
-        let patch = Patch::of(&part.mesh);
+        let patch = self.marks.patch(&part);
         let several = part.triangles.len() > 1;
         let placed = part.placed.as_ref().map(|placed| {
             let of = |h: u32| placed[h as usize / 3][corner(&part, &patch, h)];
@@ -216,7 +210,8 @@ fn corner(part: &Part, patch: &Patch, h: u32) -> usize {
     corners.iter().position(|&c| c == v).unwrap_or(0)
 }
 
-/// What the energy must be above the bound for a division to be worth its seam.
+/// What the energy must be above the bound for a division to be worth its seam; no number is
+/// enough where that is forbidden.
 fn price(patch: &Patch, beyond: &[bool], goal: &Goal) -> f64 {
     let topology = &patch.topology;
     let across = |h: &u32| {
@@ -224,7 +219,13 @@ fn price(patch: &Patch, beyond: &[bool], goal: &Goal) -> f64 {
         twin.is_some_and(|twin| beyond[*h as usize / 3] != beyond[twin as usize / 3])
     };
     let seam = topology.edges().filter(across);
-    goal.worth() * seam.map(|h| patch.lengths[h as usize]).sum::<f64>()
+    let length = seam
+        .map(|h| match patch.forbidden[h as usize] {
+            true => f64::INFINITY,
+            false => patch.lengths[h as usize],
+        })
+        .sum::<f64>();
+    goal.worth() * length
 }
 
 /// A layout with the winding of the part's triangles and in units of the surface.

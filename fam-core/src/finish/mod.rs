@@ -7,7 +7,9 @@ mod component;
 mod cut;
 mod diffusion;
 mod layout;
+mod marks;
 mod min_cut;
+mod opening;
 mod overlap;
 mod pack;
 mod patch;
@@ -21,9 +23,10 @@ mod topology;
 
 use serde::{Deserialize, Serialize};
 
+pub use marks::Marks;
 pub use surface::{finish, finish_cloud};
 
-use crate::surface::UvMap;
+use crate::surface::{Components, UvMap};
 
 /// What finishing is to reach, and what it may cost.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -80,6 +83,21 @@ pub enum Guidance {
     Tears,
     /// An edge costs its length.
     None,
+}
+
+/// A mesh and its raw map.
+#[derive(Debug, Clone, Copy)]
+pub struct Unfinished<'a> {
+    /// What the mesh was taken apart into.
+    pub components: &'a Components,
+    /// One UV for each vertex of every component.
+    pub raw: &'a [Vec<[f32; 2]>],
+    /// Whether the raw map says where to cut.
+    pub guidance: Guidance,
+    /// The UV square of every label; empty if all share one.
+    pub squares: &'a [u32],
+    /// Where somebody wants seams, and where not.
+    pub marks: &'a Marks,
 }
 
 /// A step of finishing.

@@ -17,6 +17,8 @@ pub struct Patch {
     pub positions: Vec<[f64; 3]>,
     /// Of every half-edge.
     pub lengths: Vec<f64>,
+    /// Of every half-edge: whether it is to be cut only where there is no other way.
+    pub forbidden: Vec<bool>,
     /// Of every triangle.
     pub areas: Vec<f64>,
     /// How long the mesh's unit of length is here.
@@ -37,17 +39,35 @@ impl Patch {
             positions = positions.iter().map(|p| p.map(|c| c * factor)).collect();
         }
         let at = |v: u32| positions[v as usize];
-        let lengths = (0..topology.half_edges())
+        let lengths: Vec<f64> = (0..topology.half_edges())
             .map(|h| length(sub(at(topology.target(h)), at(topology.origin(h)))))
             .collect();
         Self {
             areas: areas(&topology, &positions),
+            forbidden: vec![false; lengths.len()],
             topology,
             source,
             positions,
             lengths,
             scale,
         }
+    }
+
+    /// With the edges forbidden for which `forbidden` holds, by vertices of the mesh.
+    pub fn forbidding(mut self, forbidden: impl Fn(u32, u32) -> bool) -> Self {
+        let at = |v: u32| self.source[v as usize];
+        self.forbidden = (0..self.topology.half_edges())
+            .map(|h| forbidden(at(self.topology.origin(h)), at(self.topology.target(h))))
+            .collect();
+        self
+    }
+
+    /// Costs of half-edges with those of forbidden ones infinite.
+    pub fn without_forbidden(&self, mut cost: Vec<f64>) -> Vec<f64> {
+        for (cost, _) in cost.iter_mut().zip(&self.forbidden).filter(|(_, f)| **f) {
+            *cost = f64::INFINITY;
+        }
+        cost
     }
 }
 

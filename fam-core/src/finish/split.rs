@@ -8,6 +8,10 @@ use super::topology::Topology;
 /// The smaller part has at least this share of the area.
 const LEAST_SHARE: f64 = 0.2;
 
+/// A forbidden edge counts as this many times as long, so that one contour with a few is longer
+/// than most others without.
+const FORBIDDEN: f64 = 100.0;
+
 /// Which triangles lie beyond the shortest contour between one end of a patch and the other:
 /// two connected parts if there are two triangles or more.
 pub fn split(patch: &Patch) -> Vec<bool> {
@@ -32,7 +36,17 @@ pub fn split_between(
     one: &[bool],
     other: &[bool],
 ) -> Vec<bool> {
-    let beyond = beyond_cheapest_contour(topology, &patch.lengths, one, other);
+    let price = |(&length, &forbidden): (&f64, &bool)| match forbidden {
+        true => FORBIDDEN * length,
+        false => length,
+    };
+    let cost: Vec<f64> = patch
+        .lengths
+        .iter()
+        .zip(&patch.forbidden)
+        .map(price)
+        .collect();
+    let beyond = beyond_cheapest_contour(topology, &cost, one, other);
     let far = largest_piece(topology, patch, &beyond, true);
     let near = largest_piece(topology, patch, &far, false);
     // What else there is hangs on the far part.
@@ -144,5 +158,20 @@ mod tests {
             .map(|h| patch.lengths[h as usize])
             .sum();
         assert!(length < 2.0 / 8.0_f64.sqrt(), "{length}");
+    }
+
+    /// It is the same length everywhere, but only a band is free.
+    #[test]
+    fn the_contour_avoids_forbidden_edges() {
+        let strip = shapes::rectangle(8.0, 1.0, 64, 8);
+        let x = |v: u32| strip.positions()[v as usize][0];
+        let is_free = |v: u32| (1.0..2.0).contains(&x(v));
+        let patch = Patch::of(&strip).forbidding(|a, b| !is_free(a) || !is_free(b));
+        let beyond = split(&patch);
+        let mut across = patch.topology.edges().filter(|&h| {
+            let twin = patch.topology.twin(h);
+            twin.is_some_and(|twin| beyond[h as usize / 3] != beyond[twin as usize / 3])
+        });
+        assert!(across.all(|h| !patch.forbidden[h as usize]));
     }
 }

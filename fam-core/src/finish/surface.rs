@@ -4,26 +4,24 @@ use super::cloud::Reconstruction;
 use super::component::{FlatChart, flat_charts};
 use super::pack::{Chart, pack, to_f32};
 use super::{
-    FinishConfig, FinishProgress, Finished, FinishedAtlas, FinishedCloud, Guidance, Stage,
+    FinishConfig, FinishProgress, Finished, FinishedAtlas, FinishedCloud, Guidance, Marks, Stage,
+    Unfinished,
 };
 use crate::surface::vector::{length, sub};
 use crate::surface::{Component, Components, TriangleMesh, UvMap};
 
-/// Finishes the raw map of a mesh: `raw` has one UV for each vertex of every component,
-/// `squares` the UV square of every label (empty if all share one). After `observe` breaks off,
-/// nothing is refined any more; the result is valid all the same.
+/// Finishes the raw map of a mesh. After `observe` breaks off, nothing is refined any more; the
+/// result is valid all the same.
 ///
 /// # Panics
-/// If `raw` does not fit the components.
+/// If the raw map does not fit the components.
 pub fn finish(
     config: &FinishConfig,
-    components: &Components,
-    raw: &[Vec<[f32; 2]>],
-    guidance: Guidance,
-    squares: &[u32],
+    unfinished: &Unfinished,
     observe: &mut dyn FnMut(FinishProgress) -> ControlFlow<()>,
 ) -> FinishedAtlas {
-    let list = &components.list;
+    let Unfinished { guidance, .. } = *unfinished;
+    let list = &unfinished.components.list;
     let meshes = at_one_scale(list);
     let mut going = true;
     let mut progress = |component: usize, stage: Stage, energy: f64, seam_length: f64| {
@@ -39,16 +37,19 @@ pub fn finish(
     };
     let charts: Vec<Vec<FlatChart>> = meshes
         .iter()
-        .zip(raw)
+        .zip(unfinished.raw)
         .enumerate()
         .map(|(i, (mesh, raw))| {
-            flat_charts(config, mesh, raw, guidance, &mut |energy, seam_length| {
-                progress(i, Stage::Refine, energy, seam_length)
-            })
+            let marks = unfinished.marks.of_component(&list[i]);
+            let mut proceed = |energy, seam_length| progress(i, Stage::Refine, energy, seam_length);
+            flat_charts(config, mesh, raw, guidance, &marks, &mut proceed)
         })
         .collect();
     progress(list.len().saturating_sub(1), Stage::Pack, 0.0, 0.0);
-    let square = |c: usize| squares.get(list[c].label as usize).copied().unwrap_or(0);
+    let square = |c: usize| {
+        let square = unfinished.squares.get(list[c].label as usize);
+        square.copied().unwrap_or(0)
+    };
     let count = (0..list.len())
         .map(square)
         .max()
@@ -193,15 +194,15 @@ pub fn finish_cloud(
     raw: &[[f32; 2]],
     observe: &mut dyn FnMut(FinishProgress) -> ControlFlow<()>,
 ) -> FinishedCloud {
-    let unfinished = || FinishedCloud {
+    let left = || FinishedCloud {
         uvs: raw.to_vec(),
         unreached: points.len(),
     };
     let Ok(reconstruction) = Reconstruction::of(points, raw) else {
-        return unfinished();
+        return left();
     };
     let Ok(components) = Components::of(&reconstruction.mesh, &[]) else {
-        return unfinished();
+        return left();
     };
     let own: Vec<Vec<[f32; 2]>> = components
         .list
@@ -214,7 +215,14 @@ pub fn finish_cloud(
                 .collect()
         })
         .collect();
-    let atlas = finish(config, &components, &own, Guidance::Tears, &[], observe);
+    let unfinished = Unfinished {
+        components: &components,
+        raw: &own,
+        guidance: Guidance::Tears,
+        squares: &[],
+        marks: &Marks::default(),
+    };
+    let atlas = finish(config, &unfinished, observe);
     let mut placed: Vec<Option<[f32; 2]>> = vec![None; points.len()];
     for (component, finished) in components.list.iter().zip(&atlas.components) {
         let corners = component.mesh.triangles().iter().flatten();

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::degenerate::{double_area, rescaled};
 use super::left_out::{Kind, kinds, stand_ins};
+use super::sets::Sets;
 use super::vector::{add, normalize};
 use super::weld::weld;
 use super::{SurfaceError, TriangleMesh, UvMap};
@@ -308,47 +309,6 @@ impl Fans {
         fans.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1))
             .filter(|fans| fans.len() > 1)
             .count()
-    }
-}
-
-/// Disjoint sets of numbers, each with its lowest as the root.
-struct Sets {
-    parents: Vec<u32>,
-}
-
-impl Sets {
-    fn new(count: usize) -> Self {
-        Self {
-            parents: (0..count as u32).collect(),
-        }
-    }
-
-    fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.parents[a.max(b) as usize] = a.min(b);
-    }
-
-    /// Searches, and halves the path for later searches.
-    fn root(&mut self, mut of: u32) -> u32 {
-        while self.parents[of as usize] != of {
-            let parent = self.parents[of as usize];
-            self.parents[of as usize] = self.parents[parent as usize];
-            of = parent;
-        }
-        of
-    }
-
-    /// Makes every number a child of its root, for [`find`](Self::find).
-    fn settle(&mut self) {
-        // A parent is never higher than its child, so it is settled first.
-        for number in 0..self.parents.len() {
-            self.parents[number] = self.parents[self.parents[number] as usize];
-        }
-    }
-
-    /// The root of a number, after [`settle`](Self::settle).
-    fn find(&self, of: u32) -> u32 {
-        self.parents[of as usize]
     }
 }
 

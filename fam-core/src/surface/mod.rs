@@ -6,16 +6,19 @@
 
 mod components;
 pub(crate) mod degenerate;
+mod edges;
 mod left_out;
 mod mesh;
 mod normalization;
 mod point_cloud;
+pub(crate) mod sets;
 pub mod shapes;
 mod uv_map;
 pub mod vector;
 pub(crate) mod weld;
 
 pub use components::{Component, Components, Conditioning};
+pub use edges::Edges;
 pub use mesh::TriangleMesh;
 pub use normalization::Normalization;
 pub use point_cloud::PointCloud;

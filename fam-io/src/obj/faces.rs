@@ -142,7 +142,7 @@ impl Faces {
 
 /// A zero-based index: positive ones count from 1, negative ones back from the `seen`-th.
 /// Nothing if there can never be such an entry.
-fn resolve(written: i64, seen: usize) -> Option<u32> {
+pub(super) fn resolve(written: i64, seen: usize) -> Option<u32> {
     let index = if written > 0 {
         written - 1
     } else if written < 0 {

@@ -132,8 +132,7 @@ fn save(arguments: &args::Evaluate, table: &Table) -> Result<(), Failure> {
         return Ok(());
     };
     let markdown = table.to_string();
-    write_atomically(out.clone(), |file| file.write_all(markdown.as_bytes()))
-        .map_err(Failure::work)
+    write_atomically(out.clone(), |file| file.write_all(markdown.as_bytes())).map_err(Failure::work)
 }
 
 fn print(arguments: &args::Evaluate, table: &Table) -> Result<(), Failure> {

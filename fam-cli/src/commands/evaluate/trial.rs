@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use burn::tensor::backend::AutodiffBackend;
 use fam_core::atlas::Atlas;
-use fam_core::finish::{FinishConfig, Guidance};
+use fam_core::finish::{FinishConfig, Guidance, Marks, Unfinished};
 use fam_core::metrics::Metrics;
 use fam_core::seams::SeamRule;
 use fam_core::surface::{Components, Surface, SurfaceError, TriangleMesh, UvMap};
@@ -122,7 +122,14 @@ impl Trial<'_> {
         ] {
             let watched = Watched::new(self.quiet, self.stop);
             let started = Instant::now();
-            let atlas = watched.mesh(config, components, &raw.uvs, guidance, &[]);
+            let unfinished = Unfinished {
+                components,
+                raw: &raw.uvs,
+                guidance,
+                squares: &[],
+                marks: &Marks::default(),
+            };
+            let atlas = watched.mesh(config, &unfinished);
             let seconds = started.elapsed().as_secs_f64();
             let maps: Vec<UvMap> = atlas.components.into_iter().map(|c| c.uvs).collect();
             rows.push(Row {

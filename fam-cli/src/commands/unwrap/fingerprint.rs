@@ -32,6 +32,7 @@ impl Run {
             arguments.seam_rule,
         );
         hasher.0.write(shaping.as_bytes());
+        self.marks.write_to(&mut hasher).map_err(fail)?;
         Ok(format!("{:016x}", hasher.0.finish()))
     }
 }

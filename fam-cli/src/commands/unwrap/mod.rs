@@ -32,7 +32,15 @@ pub fn unwrap(arguments: args::Unwrap) -> Result<ExitCode, Failure> {
                 Some(&path),
             )
         }
-        Inputs::Batch { files, failed } => Run::new(arguments)?.batch(&files, failed),
+        Inputs::Batch { files, failed } => {
+            let run = Run::new(arguments)?;
+            match run.marks.option() {
+                Some(option) if files.len() + failed.len() > 1 => Err(Failure::input(format!(
+                    "{option} marks edges of one mesh, but there are several inputs"
+                ))),
+                _ => run.batch(&files, failed),
+            }
+        }
     }
 }
 

@@ -10,11 +10,12 @@ use fam_io::{Document, Format, WriteOptions};
 
 use crate::args;
 use crate::backend::Backend;
-use crate::config::{self, Config};
+use crate::config::{self, Config, FinishMode};
 use crate::failure::Failure;
 use crate::finish::Finish;
 use crate::flatten::Flatten;
 use crate::interrupt::{INTERRUPTED, stop_on_interrupt};
+use crate::marks::MarkFiles;
 use crate::output::{Output, Results};
 use crate::progress::short;
 use crate::report::{Report, Summary};
@@ -25,6 +26,7 @@ pub struct Run {
     pub arguments: args::Unwrap,
     pub config: Config,
     pub config_toml: String,
+    pub marks: MarkFiles,
     pub backend: Backend,
     pub stop: Arc<AtomicBool>,
 }
@@ -40,7 +42,13 @@ pub struct Done {
 impl Run {
     pub fn new(arguments: args::Unwrap) -> Result<Self, Failure> {
         let config = config::resolve(&arguments)?;
+        let marks = MarkFiles::read(&arguments)?;
+        if let (FinishMode::None, Some(option)) = (config.finish.mode, marks.option()) {
+            let reason = format!("{option} has no use with --finish none: nothing is cut then");
+            return Err(Failure::input(reason));
+        }
         Ok(Self {
+            marks,
             config_toml: config.to_toml()?,
             config,
             backend: Backend::choose(arguments.backend)?,
@@ -96,15 +104,19 @@ impl Run {
         let arguments = &self.arguments;
         let folder = output.folder.as_path();
         let existed = folder.exists();
+        let surface = document.surface();
+        let marked = self
+            .marks
+            .on(surface)
+            .map_err(|failure| failure.of(input))?;
         output
             .prepare(document, path)
             .map_err(|failure| failure.of(input))?;
         if !arguments.quiet {
-            eprintln!(
-                "{input}: {}; on {}",
-                describe(document.surface()),
-                self.backend
-            );
+            eprintln!("{input}: {}; on {}", describe(surface), self.backend);
+            if let Some(marked) = &marked {
+                eprintln!("{}", marked.summary());
+            }
         }
         let parting = Parting::of(document.labels(), arguments.per_material);
         let abandon = |failure: Failure| {
@@ -114,7 +126,6 @@ impl Run {
             }
             failure.of(input)
         };
-        let surface = document.surface();
         let started = Instant::now();
         let flattened = self
             .backend
@@ -132,6 +143,7 @@ impl Run {
             settings: &self.config.finish,
             surface,
             squares: &parting.squares,
+            marked: marked.as_ref(),
             seam_rule: arguments.seam_rule.into(),
             quiet: arguments.quiet,
             stop: &self.stop,

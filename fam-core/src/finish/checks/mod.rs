@@ -1,6 +1,8 @@
-//! Finishing as a whole: on surfaces whose answer is known, unusual ones and random ones.
+//! Finishing as a whole: on surfaces whose answer is known, marked ones, unusual ones and
+//! random ones.
 
 mod known;
+mod marked;
 mod random;
 mod unusual;
 
@@ -9,10 +11,12 @@ use std::ops::ControlFlow;
 use robust::{Coord, orient2d};
 
 use super::topology::Topology;
-use super::{FinishConfig, FinishProgress, Finished, FinishedAtlas, Guidance, finish};
+use super::{
+    FinishConfig, FinishProgress, Finished, FinishedAtlas, Guidance, Marks, Unfinished, finish,
+};
 use crate::metrics::{Metrics, for_each_overlapping_pair, seam_edges};
 use crate::surface::vector::{length, sub};
-use crate::surface::{Components, TriangleMesh, UvMap};
+use crate::surface::{Component, Components, Edges, TriangleMesh, UvMap};
 
 /// A mesh, finished.
 struct Outcome {
@@ -20,6 +24,7 @@ struct Outcome {
     components: Components,
     atlas: FinishedAtlas,
     uv: UvMap,
+    marks: Marks,
 }
 
 /// What a mesh is finished with; the raw map is `raw(position)` at every vertex.
@@ -29,6 +34,8 @@ struct Task<'a> {
     raw: &'a dyn Fn([f64; 3]) -> [f32; 2],
     labels: &'a [u32],
     squares: &'a [u32],
+    wanted: &'a [[u32; 2]],
+    forbidden: &'a [[u32; 2]],
     observe: &'a dyn Fn(FinishProgress) -> ControlFlow<()>,
 }
 
@@ -40,6 +47,8 @@ impl Default for Task<'_> {
             raw: &|_| [0.0; 2],
             labels: &[],
             squares: &[],
+            wanted: &[],
+            forbidden: &[],
             observe: &|_| ControlFlow::Continue(()),
         }
     }
@@ -73,14 +82,15 @@ impl Task<'_> {
             .map(|component| component.vertices.iter().map(of_vertex).collect())
             .collect();
         let observe = &mut |progress| (self.observe)(progress);
-        let atlas = finish(
-            &self.config,
-            &components,
-            &raw,
-            self.guidance,
-            self.squares,
-            observe,
-        );
+        let marks = Marks::new(&Edges::of(mesh), self.wanted, self.forbidden);
+        let unfinished = Unfinished {
+            components: &components,
+            raw: &raw,
+            guidance: self.guidance,
+            squares: self.squares,
+            marks: &marks,
+        };
+        let atlas = finish(&self.config, &unfinished, observe);
         let maps: Vec<UvMap> = atlas.components.iter().map(|f| f.uvs.clone()).collect();
         let uv = components.uv_map(&maps).unwrap();
         Outcome {
@@ -88,6 +98,7 @@ impl Task<'_> {
             components,
             atlas,
             uv,
+            marks,
         }
     }
 }
@@ -122,6 +133,16 @@ impl Outcome {
             .collect()
     }
 
+    /// The seam edges by their vertices.
+    fn seam_edges(&self) -> Vec<[u32; 2]> {
+        seam_edges(&self.mesh, &self.uv).unwrap()
+    }
+
+    /// How many forbidden edges are cut.
+    fn forbidden_cut(&self) -> usize {
+        self.marks.forbidden_among(&self.seam_edges())
+    }
+
     /// All that holds of every result, whatever the mesh.
     fn check(&self, one_square: bool) {
         assert_eq!(self.atlas.components.len(), self.components.list.len());
@@ -136,6 +157,7 @@ impl Outcome {
             }
             assert_eq!(overlaps(&finished.uvs), 0);
             check_charts(&finished.uvs, finished.charts);
+            check_wanted(component, finished, &self.marks);
             if let Ok(metrics) = Metrics::measure(mesh, &finished.uvs) {
                 assert_eq!(metrics.flipped_triangles, 0);
                 assert_eq!(metrics.collapsed_triangles, 0);
@@ -191,6 +213,26 @@ fn check_seams(mesh: &TriangleMesh, finished: &Finished) {
     let seams: f64 = sides.iter().map(along).sum();
     let difference = (seams - finished.seam_length).abs();
     assert!(difference <= 1e-9 * seams, "{difference} of {seams}");
+}
+
+/// Every wanted edge inside of a component is cut.
+fn check_wanted(component: &Component, finished: &Finished, marks: &Marks) {
+    let mesh = &component.mesh;
+    let seams = seam_edges(mesh, &finished.uvs).unwrap();
+    let place = |edge: &[u32; 2]| {
+        let mut ends = edge.map(|v| mesh.positions()[v as usize]);
+        ends.sort_by(|a, b| a.partial_cmp(b).unwrap());
+        ends
+    };
+    let cut: Vec<[[f64; 3]; 2]> = seams.iter().map(place).collect();
+    let is_inside = |[a, b]: &&[u32; 2]| {
+        let triangles = mesh.triangles().iter();
+        triangles.filter(|t| t.contains(a) && t.contains(b)).count() > 1
+    };
+    let wanted = marks.of_component(component).wanted;
+    for edge in wanted.iter().filter(is_inside) {
+        assert!(cut.contains(&place(edge)), "{edge:?} is closed");
+    }
 }
 
 /// Every chart is a disk that touches itself nowhere and no other.

@@ -154,7 +154,11 @@ impl Growth {
         let sources: Vec<u32> = (0..topology.vertices() as u32)
             .filter(|&v| reached[v as usize])
             .collect();
-        let depth = distances(topology, &problem.cost, &sources);
+        // What is out of reach without a forbidden edge is no place to cut to.
+        let depth: Vec<f64> = distances(topology, &problem.cost, &sources)
+            .into_iter()
+            .map(|depth| if depth.is_finite() { depth } else { 0.0 })
+            .collect();
         let excess = problem.excess(layout);
         let mut starts: Vec<(f64, u32)> = Vec::new();
         for diffusion in &self.diffusions {

@@ -11,6 +11,7 @@ mod problem;
 mod shorten;
 
 use std::cell::Cell;
+use std::cmp::Ordering;
 
 use super::cut::Cut;
 use super::cut::disk::cut_to_disk;
@@ -86,7 +87,8 @@ pub enum Start<'a> {
 
 /// Cuts a patch and lays it out without flipped triangles and overlaps. `cost` is that of a
 /// cut along every half-edge while it is looked for; the seams that are found are straightened
-/// by their length. `budget` is how many Newton steps there may be, each times the triangles it is over;
+/// by their length. Forbidden edges of the patch are cut where there is no other way.
+/// `budget` is how many Newton steps there may be, each times the triangles it is over;
 /// what is used up is taken off. `proceed` sees layouts on the way; after it says no, what
 /// there is is brought to a valid end.
 ///
@@ -100,7 +102,7 @@ pub fn refined(
     budget: &mut u64,
     mut proceed: impl FnMut(&Layout) -> bool,
 ) -> Result<Layout, SolveError> {
-    let mut problem = Problem::new(patch, cost);
+    let mut problem = Problem::new(patch, patch.without_forbidden(cost));
     let result = found(&mut problem, &start, goal, *budget, &mut proceed);
     *budget = budget.saturating_sub(problem.work());
     result
@@ -113,7 +115,7 @@ pub fn without_regard_to_overlaps(
     goal: &Goal,
     budget: &mut u64,
 ) -> Layout {
-    let problem = Problem::new(patch, patch.lengths.clone());
+    let problem = Problem::new(patch, patch.without_forbidden(patch.lengths.clone()));
     let _ = problem.relax(&mut layout, LAST);
     let limit = *budget;
     let mut proceed = |problem: &Problem, _: &Layout| problem.work() < limit;
@@ -154,7 +156,7 @@ fn found(
     problem.injective = true;
     limit.set(budget);
     // Tears say where to cut; how, their noise says badly.
-    problem.cost.clone_from(&patch.lengths);
+    problem.cost = patch.without_forbidden(patch.lengths.clone());
     let mut best: Option<Layout> = None;
     for _ in 0..CYCLES {
         let layout = match given.take() {
@@ -211,7 +213,8 @@ fn searched(
     Ok(grown(problem, growth, start, goal, proceed))
 }
 
-/// By how much a layout is better than another: less above the bound, or a shorter cut.
+/// By how much a layout is better than another: less above the bound, fewer forbidden edges, or
+/// a shorter cut.
 fn gain(problem: &Problem, old: &Layout, new: &Layout, bound: f64) -> f64 {
     match (old.is_within(bound), new.is_within(bound)) {
         (true, true) => {}
@@ -219,7 +222,12 @@ fn gain(problem: &Problem, old: &Layout, new: &Layout, bound: f64) -> f64 {
         (true, false) => return f64::NEG_INFINITY,
         (false, false) => return old.energy - new.energy,
     }
-    1.0 - problem.cost_of(new) / problem.cost_of(old)
+    let [before, after] = [old, new].map(|layout| problem.forbidden_edges(layout));
+    match after.cmp(&before) {
+        Ordering::Less => f64::INFINITY,
+        Ordering::Greater => f64::NEG_INFINITY,
+        Ordering::Equal => 1.0 - problem.length_of(new) / problem.length_of(old),
+    }
 }
 
 /// Cuts until the energy is within the bound or no cut pays.

@@ -29,7 +29,7 @@ pub struct Effort {
 /// A patch that is to be laid out.
 pub struct Problem<'a> {
     pub patch: &'a Patch,
-    /// What a cut along every half-edge costs.
+    /// What a cut along every half-edge costs; infinite where it is forbidden.
     pub cost: Vec<f64>,
     /// Whether the boundary must not touch itself.
     pub injective: bool,
@@ -59,9 +59,18 @@ impl<'a> Problem<'a> {
         self.work.load(Ordering::Relaxed)
     }
 
-    /// What the cut of a layout costs.
-    pub fn cost_of(&self, layout: &Layout) -> f64 {
-        layout.cut.cost(&self.cost)
+    /// How long the cut of a layout is.
+    pub fn length_of(&self, layout: &Layout) -> f64 {
+        layout.cut.cost(&self.patch.lengths)
+    }
+
+    /// Along how many forbidden edges a layout is cut.
+    pub fn forbidden_edges(&self, layout: &Layout) -> usize {
+        let half_edges = layout.cut.half_edges();
+        half_edges
+            .filter(|&h| self.patch.forbidden[h as usize])
+            .count()
+            / 2
     }
 
     /// The boundary of a layout. It keeps a distance to itself that goes by the lengths of

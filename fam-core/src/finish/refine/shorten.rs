@@ -102,7 +102,7 @@ fn round(
         .collect();
     let lengths: Vec<f64> = tips
         .iter()
-        .map(|tip| problem_length(problem, tip))
+        .map(|tip| tip.iter().map(|&h| problem.patch.lengths[h as usize]).sum())
         .collect();
     let rates: Vec<Option<f64>> = (0..leaves.len())
         .into_par_iter()
@@ -191,10 +191,6 @@ fn tip<'a>(problem: &Problem, leaf: &'a Branch, wanted: f64) -> &'a [u32] {
         sum += problem.patch.lengths[edges[start] as usize];
     }
     &edges[start..]
-}
-
-fn problem_length(problem: &Problem, path: &[u32]) -> f64 {
-    path.iter().map(|&h| problem.cost[h as usize]).sum()
 }
 
 /// A layout whose cut ends before `tip`, relaxed around it; its energy is that much higher.
