@@ -139,7 +139,7 @@ fn found(
         if gain.is_none_or(|gain| gain > 0.0) {
             best = Some(layout);
         }
-        let settled = gain.is_some_and(|gain| gain < LEAST_GAIN);
+        let settled = cut.is_empty() || gain.is_some_and(|gain| gain < LEAST_GAIN);
         let spent = problem.work() as f64 > SHARE_OF_STEPS * budget as f64;
         if settled || spent || !going.get() {
             break;
@@ -157,7 +157,7 @@ fn searched(
     goal: &Goal,
     proceed: &mut impl FnMut(&Problem, &Layout) -> bool,
 ) -> Result<Layout, SolveError> {
-    let cut = cut_to_disk(&problem.patch.topology, &problem.cost, &[], |_| false);
+    let cut = cut_to_disk(&problem.patch.topology, &problem.cost, &[]);
     let taken = map.and_then(|map| problem.taken_from(map, &cut, START));
     let start = match taken {
         Some(layout) => layout,
