@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::creases::crease_costs;
 use super::layout::Layout;
 use super::patch::Patch;
 use super::refine::{Goal, MOST_STEPS, refined};
@@ -70,7 +71,7 @@ pub fn flat_charts(
         let own: Vec<[f32; 2]> = part.vertices.iter().map(|&v| raw[v as usize]).collect();
         let cost = match guidance {
             Guidance::Tears => tear_costs(&patch, &own),
-            Guidance::None => patch.lengths.clone(),
+            Guidance::None => crease_costs(&patch),
         };
         let map: Vec<[f64; 2]> = patch
             .source

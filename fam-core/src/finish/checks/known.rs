@@ -121,8 +121,10 @@ fn uneven_cube(squares: u32) -> TriangleMesh {
 
 #[test]
 fn a_cube_is_cut_along_its_edges() {
-    for squares in [1, 2, 3] {
-        let outcome = Task::within(ISOMETRIC).run(&uneven_cube(squares));
+    // Between the squares of an even cube many other ways are as short.
+    let uneven = [1, 2, 3, 6].map(uneven_cube);
+    for mesh in uneven.iter().chain(&[cube(6), cube(7)]) {
+        let outcome = Task::within(ISOMETRIC).run(mesh);
         outcome.check_energy();
         assert_eq!(outcome.charts(), 1);
         assert!(outcome.energy() <= ISOMETRIC, "{}", outcome.energy());
@@ -137,14 +139,12 @@ fn a_cube_is_cut_along_its_edges() {
             assert_eq!(sides, 2, "{a:?} to {b:?}");
         }
     }
-    // Where there is choice, the cut may go astray a little.
-    for (bound, longest) in [(ISOMETRIC, 7.5), (4.1, 6.5)] {
-        let outcome = Task::within(bound).run(&uneven_cube(6));
-        outcome.check_energy();
-        assert_eq!(outcome.charts(), 1);
-        assert!(outcome.energy() <= bound, "{}", outcome.energy());
-        assert!(outcome.seam_length() < longest, "{}", outcome.seam_length());
-    }
+    // Its corners are smoothed over where they may.
+    let outcome = Task::default().run(&uneven_cube(6));
+    outcome.check_energy();
+    assert_eq!(outcome.charts(), 1);
+    assert!(outcome.energy() <= 4.1, "{}", outcome.energy());
+    assert!(outcome.seam_length() < 6.5, "{}", outcome.seam_length());
 }
 
 #[test]

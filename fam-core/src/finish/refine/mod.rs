@@ -12,6 +12,7 @@ mod shorten;
 
 use std::cell::Cell;
 
+use super::creases::{corners, crease_costs};
 use super::cut::Cut;
 use super::cut::disk::cut_to_disk;
 use super::cut::segments::{BranchKind, branches};
@@ -74,7 +75,7 @@ impl Goal {
 
 /// Cuts a patch and lays it out without flipped triangles and overlaps. `cost` is that of a
 /// cut along every half-edge while it is looked for; the seams that are found are straightened
-/// by their length. `map` has a coordinate for every vertex of the patch, to start from if it is
+/// by their length and by creases. `map` has a coordinate for every vertex of the patch, to start from if it is
 /// valid. `budget` is how many Newton steps there may be, each times the triangles it is over;
 /// what is used up is taken off. `proceed` sees layouts on the way; after it says no, what
 /// there is is brought to a valid end.
@@ -114,11 +115,11 @@ fn found(
     problem.injective = true;
     limit.set(budget);
     // Tears say where to cut; how, their noise says badly.
-    problem.cost.clone_from(&patch.lengths);
+    problem.cost = crease_costs(patch);
     let mut best: Option<Layout> = None;
     let mut cut = rough.cut;
     for _ in 0..CYCLES {
-        let straight = straightened(problem, &cut);
+        let straight = straightened(problem, &cut, goal.bound);
         let layout = match problem.flattened(straight, START) {
             Ok(layout) => layout,
             Err(_) if best.is_some() => break,
@@ -197,13 +198,14 @@ fn grown(
     layout
 }
 
-/// The cut made shorter without moving its ends.
-fn straightened(problem: &Problem, cut: &Cut) -> Cut {
+/// The cut made shorter without moving its ends or leaving sharp corners out.
+fn straightened(problem: &Problem, cut: &Cut, bound: f64) -> Cut {
     let topology = &problem.patch.topology;
-    let tips: Vec<u32> = branches(topology, cut, |_| false)
+    let pinned: Vec<u32> = branches(topology, cut, |_| false)
         .iter()
         .filter(|branch| branch.kind == BranchKind::Slit)
         .flat_map(|slit| [slit.root(topology), slit.tip(topology)])
+        .chain(corners(problem.patch, bound))
         .collect();
-    straighten(topology, &problem.cost, cut, &tips)
+    straighten(topology, &problem.cost, cut, &pinned)
 }
