@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::creases::crease_costs;
 use super::layout::Layout;
 use super::marks::ComponentMarks;
 use super::opening::opened;
@@ -152,7 +153,7 @@ impl Component<'_> {
             .collect();
         let cost = match self.guidance {
             Guidance::Tears => tear_costs(patch, &own),
-            Guidance::None => patch.lengths.clone(),
+            Guidance::None => crease_costs(patch),
         };
         let of = |h: u32| own[patch.source[patch.topology.origin(h) as usize] as usize];
         let map: Vec<[f64; 2]> = (0..patch.topology.half_edges())

@@ -4,6 +4,7 @@
 mod checks;
 mod cloud;
 mod component;
+mod creases;
 mod cut;
 mod diffusion;
 mod layout;

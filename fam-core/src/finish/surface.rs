@@ -1,6 +1,7 @@
 use std::ops::ControlFlow;
 
 use super::cloud::Reconstruction;
+use super::cloud::places::places;
 use super::component::{FlatChart, flat_charts};
 use super::pack::{Chart, pack, to_f32};
 use super::{
@@ -9,6 +10,11 @@ use super::{
 };
 use crate::surface::vector::{length, sub};
 use crate::surface::{Component, Components, TriangleMesh, UvMap};
+
+/// Of the energy above 4 that a mesh may have, the share that a point cloud may. A
+/// seam through a cloud has no two sides that would have to match, it only tears the triangles
+/// along it; so it counts for less there than distortion.
+const SHARE_OF_CLOUDS: f64 = 0.1;
 
 /// Finishes the raw map of a mesh. After `observe` breaks off, nothing is refined any more; the
 /// result is valid all the same.
@@ -187,7 +193,8 @@ fn seam_length(mesh: &TriangleMesh, uv_triangles: &[[u32; 3]]) -> f64 {
 
 /// Finishes the raw map of a point cloud, one UV for each point, as [`finish`] does a mesh's:
 /// the surface through the points is cut as little as the bound allows, and each point has the
-/// UV of one of its triangles.
+/// UV of one of its triangles, chosen so that few triangles are torn. The bound on what the energy
+/// is above 4 is a tenth of that for a mesh.
 pub fn finish_cloud(
     config: &FinishConfig,
     points: &[[f64; 3]],
@@ -215,6 +222,10 @@ pub fn finish_cloud(
                 .collect()
         })
         .collect();
+    let config = FinishConfig {
+        distortion_bound: 4.0 + SHARE_OF_CLOUDS * (config.distortion_bound - 4.0),
+        ..config.clone()
+    };
     let unfinished = Unfinished {
         components: &components,
         raw: &own,
@@ -222,13 +233,12 @@ pub fn finish_cloud(
         squares: &[],
         marks: &Marks::default(),
     };
-    let atlas = finish(config, &unfinished, observe);
+    let atlas = finish(&config, &unfinished, observe);
     let mut placed: Vec<Option<[f32; 2]>> = vec![None; points.len()];
     for (component, finished) in components.list.iter().zip(&atlas.components) {
-        let corners = component.mesh.triangles().iter().flatten();
-        for (&v, &q) in corners.zip(finished.uvs.triangles().iter().flatten()) {
-            placed[component.vertices[v as usize] as usize]
-                .get_or_insert(finished.uvs.uvs()[q as usize]);
+        let own = places(&component.mesh, &finished.uvs);
+        for (&v, place) in component.vertices.iter().zip(own) {
+            placed[v as usize] = placed[v as usize].or(place);
         }
     }
     let of_point = |vertex: &Option<u32>| placed[(*vertex)? as usize];

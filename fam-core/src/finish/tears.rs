@@ -1,18 +1,20 @@
 //! The tear field: where the network cuts the surface, as costs of edges.
 
+use super::creases::crease_costs;
 use super::patch::Patch;
 
-/// A cut along a tear costs this part of its length.
+/// A cut along a tear costs this part of what it would otherwise.
 const TORN: f64 = 0.9;
 
 /// An edge is torn where its image is this many times as long as most edges' of its length.
 const STRETCH: f64 = 3.0;
 
-/// For every half-edge what a cut along it costs: its length, or a part of it where it runs
-/// along a tear of the map `raw` (one UV per vertex
-/// of the component), that is between two ends of torn edges.
+/// For every half-edge what a cut along it costs: what its length and its crease do, or a part of
+/// it where it runs along a tear of the map `raw` (one UV per vertex of the component), that is
+/// between two ends of torn edges.
 pub fn tear_costs(patch: &Patch, raw: &[[f32; 2]]) -> Vec<f64> {
     let (topology, lengths) = (&patch.topology, &patch.lengths);
+    let costs = crease_costs(patch);
     let at = |v: u32| raw[patch.source[v as usize] as usize].map(f64::from);
     let stretch = |h: u32| {
         let [a, b] = [at(topology.origin(h)), at(topology.target(h))];
@@ -25,7 +27,7 @@ pub fn tear_costs(patch: &Patch, raw: &[[f32; 2]]) -> Vec<f64> {
         .filter(|s| s.is_finite())
         .collect();
     if stretches.is_empty() {
-        return lengths.clone();
+        return costs;
     }
     let middle = stretches.len() / 2;
     let median = *stretches.select_nth_unstable_by(middle, f64::total_cmp).1;
@@ -37,7 +39,7 @@ pub fn tear_costs(patch: &Patch, raw: &[[f32; 2]]) -> Vec<f64> {
     (0..topology.half_edges())
         .map(|h| {
             let along = torn[topology.origin(h) as usize] && torn[topology.target(h) as usize];
-            lengths[h as usize] * if along { TORN } else { 1.0 }
+            costs[h as usize] * if along { TORN } else { 1.0 }
         })
         .collect()
 }
@@ -55,11 +57,12 @@ mod tests {
             .map(|v| [(v / 7) as f32 / 20.0, (v % 7) as f32 / 20.0])
             .collect();
         let cost = tear_costs(&patch, &raw);
+        let whole = crease_costs(&patch);
         let column = |v: u32| patch.source[v as usize] / 7;
         for h in 0..patch.topology.half_edges() {
             let ends = [patch.topology.origin(h), patch.topology.target(h)].map(column);
             let torn = ends.iter().all(|c| [0, 19].contains(c));
-            let expected = patch.lengths[h as usize] * if torn { TORN } else { 1.0 };
+            let expected = whole[h as usize] * if torn { TORN } else { 1.0 };
             assert_eq!(cost[h as usize], expected);
         }
     }
@@ -67,7 +70,7 @@ mod tests {
     #[test]
     fn a_map_without_extent_tells_nothing() {
         let patch = Patch::of(&shapes::torus(1.0, 0.4, 12, 8));
-        assert_eq!(tear_costs(&patch, &[[0.3; 2]; 96]), patch.lengths);
+        assert_eq!(tear_costs(&patch, &[[0.3; 2]; 96]), crease_costs(&patch));
         let sheet = shapes::rectangle(1.0, 1.0, 5, 5);
         let faithful = Patch::of(&sheet);
         let raw: Vec<[f32; 2]> = sheet

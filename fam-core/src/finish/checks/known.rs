@@ -12,6 +12,7 @@ use crate::surface::shapes::{
     cone, cube, draped_cloth, moebius_strip, open_cylinder, open_sphere, rectangle, sphere, spiral,
     torus,
 };
+use crate::surface::vector::{length, sub};
 
 /// The bound at which developable surfaces have to be unrolled.
 const ISOMETRIC: f64 = 4.001;
@@ -120,8 +121,10 @@ fn uneven_cube(squares: u32) -> TriangleMesh {
 
 #[test]
 fn a_cube_is_cut_along_its_edges() {
-    for squares in [1, 2, 3] {
-        let outcome = Task::within(ISOMETRIC).run(&uneven_cube(squares));
+    // Between the squares of an even cube many other ways are as short.
+    let uneven = [1, 2, 3, 6].map(uneven_cube);
+    for mesh in uneven.iter().chain(&[cube(6), cube(7)]) {
+        let outcome = Task::within(ISOMETRIC).run(mesh);
         outcome.check_energy();
         assert_eq!(outcome.charts(), 1);
         assert!(outcome.energy() <= ISOMETRIC, "{}", outcome.energy());
@@ -136,14 +139,12 @@ fn a_cube_is_cut_along_its_edges() {
             assert_eq!(sides, 2, "{a:?} to {b:?}");
         }
     }
-    // Where there is choice, the cut may go astray a little.
-    for (bound, longest) in [(ISOMETRIC, 7.5), (4.1, 6.5)] {
-        let outcome = Task::within(bound).run(&uneven_cube(6));
-        outcome.check_energy();
-        assert_eq!(outcome.charts(), 1);
-        assert!(outcome.energy() <= bound, "{}", outcome.energy());
-        assert!(outcome.seam_length() < longest, "{}", outcome.seam_length());
-    }
+    // Its corners are smoothed over where they may.
+    let outcome = Task::default().run(&uneven_cube(6));
+    outcome.check_energy();
+    assert_eq!(outcome.charts(), 1);
+    assert!(outcome.energy() <= 4.1, "{}", outcome.energy());
+    assert!(outcome.seam_length() < 6.5, "{}", outcome.seam_length());
 }
 
 #[test]
@@ -162,23 +163,66 @@ fn sheets_stay_whole() {
     }
 }
 
-/// The holes of a sheet and of a sphere, and the two ends of a bent tube.
+/// A mesh without the triangles around `centre` that are no farther than `radius` from it.
+fn pierced(mesh: &TriangleMesh, centre: [f64; 3], radius: f64) -> TriangleMesh {
+    part(mesh, |p| length(sub(p, centre)) > radius)
+}
+
 #[test]
-fn surfaces_of_several_boundaries_become_disks() {
-    let hole = |p: [f64; 3], at: [f64; 2]| (p[0] - at[0]).hypot(p[1] - at[1]) < 0.2;
-    let sieve = part(&rectangle(2.0, 2.0, 16, 16), |p| {
-        ![[-0.5, -0.5], [-0.5, 0.5], [0.5, 0.0]]
-            .iter()
-            .any(|&at| hole(p, at))
-    });
-    let outcome = Task::default().run(&sieve);
+fn sheets_with_holes_stay_whole() {
+    let sheet = rectangle(2.0, 2.0, 16, 16);
+    let two = pierced(
+        &pierced(&sheet, [-0.4, -0.4, 0.0], 0.3),
+        [0.5, 0.3, 0.0],
+        0.2,
+    );
+    let many = [[-0.5, -0.5], [-0.5, 0.5], [0.5, 0.0], [0.6, -0.6]]
+        .iter()
+        .fold(sheet.clone(), |sheet, &[x, y]| {
+            pierced(&sheet, [x, y, 0.0], 0.2)
+        });
+    let ring = pierced(&cone(1.0, 0.0, 30, 10), [0.0; 3], 0.4);
+    let rolled = moved(&two, |&[x, y, _]| [x.cos(), x.sin(), y]);
+    for bound in [ISOMETRIC, 4.1] {
+        for mesh in [&two, &many, &ring, &rolled] {
+            let outcome = Task::within(bound).run(mesh);
+            outcome.check_energy();
+            assert_eq!((outcome.charts(), outcome.seam_length()), (1, 0.0));
+            assert!(outcome.energy() < 4.0 + 1e-6, "{}", outcome.energy());
+        }
+    }
+}
+
+/// One cut from rim to rim, whether through the hole or beside it.
+#[test]
+fn a_cylinder_with_a_hole_is_cut_once() {
+    let cylinder = open_cylinder(1.0, 2.0, 24, 12);
+    for radius in [0.3, 0.7] {
+        let outcome = Task::within(ISOMETRIC).run(&pierced(&cylinder, [1.0, 0.0, 1.0], radius));
+        outcome.check_energy();
+        assert_eq!(outcome.charts(), 1);
+        assert!(outcome.energy() < ISOMETRIC, "{}", outcome.energy());
+        let seam = outcome.seam_length();
+        assert!((0.5..2.0 + 1e-9).contains(&seam), "{seam}");
+    }
+}
+
+#[test]
+fn handles_stay_cut_where_holes_do_not() {
+    let ring = torus(1.0, 0.4, 20, 10);
+    let pierced = pierced(
+        &pierced(&ring, [1.4, 0.0, 0.0], 0.25),
+        [-1.4, 0.0, 0.0],
+        0.25,
+    );
+    let outcome = Task::default().run(&pierced);
     outcome.check_energy();
     assert_eq!(outcome.charts(), 1);
-    assert!(outcome.energy() < ISOMETRIC, "{}", outcome.energy());
-    // From one hole to the next and to the rim there are at least 0.3 each.
-    let seam = outcome.seam_length();
-    assert!(seam < 1.5, "{seam}");
+    assert!(outcome.energy() <= 4.1, "{}", outcome.energy());
+}
 
+#[test]
+fn bent_surfaces_of_several_boundaries_are_cut() {
     let pierced = part(&sphere(10), |p| p.iter().all(|c| c.abs() < 0.93));
     let tube = part(&torus(1.0, 0.3, 32, 10), |p| p[0] < 0.2 || p[1] < 0.0);
     for mesh in [pierced, tube, open_sphere(0.5, 20, 10)] {

@@ -8,6 +8,7 @@
 mod holes;
 mod neighborhood;
 mod patchwork;
+pub mod places;
 mod star;
 #[cfg(test)]
 mod tests;

@@ -1,9 +1,12 @@
+use std::ops::ControlFlow;
+
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
 use super::Reconstruction;
 use crate::finish::topology::Topology;
-use crate::surface::vector::{add, length, scale, sub};
+use crate::finish::{FinishConfig, finish_cloud};
+use crate::surface::vector::{add, cross, dot, length, scale, sub};
 use crate::surface::{Components, SurfaceError, TriangleMesh, shapes};
 
 /// A mesh whose vertices were moved along their triangles, so that they lie in no rows.
@@ -125,6 +128,34 @@ fn exact_grids_are_no_worse() {
     gives_a_disk(&shapes::draped_cloth(60, 42), &torn(&parameters(60, 42)));
     let sheet = shapes::rectangle(20.0, 12.0, 20, 12);
     gives_a_disk(&sheet, &flat(sheet.positions()));
+}
+
+/// Of half of all angles, whatever is torn along seams.
+#[test]
+fn clouds_are_finished_with_little_distortion() {
+    let bust = jittered(&shapes::bust(0.2), 13);
+    let going = &mut |_| ControlFlow::Continue(());
+    let raw = flat(bust.positions());
+    let cloud = finish_cloud(&FinishConfig::default(), bust.positions(), &raw, going);
+    assert_eq!(cloud.unreached, 0);
+    let angle = |[a, b, c]: [[f64; 3]; 3]| {
+        let (u, v) = (sub(b, a), sub(c, a));
+        length(cross(u, v)).atan2(dot(u, v))
+    };
+    let place = |v: u32| cloud.uvs[v as usize].map(f64::from);
+    let mut errors: Vec<f64> = bust
+        .triangles()
+        .iter()
+        .flat_map(|&[a, b, c]| [[a, b, c], [b, c, a], [c, a, b]])
+        .map(|corner| {
+            let flat = corner.map(place).map(|[u, v]| [u, v, 0.0]);
+            let known = corner.map(|v| bust.positions()[v as usize]);
+            (angle(flat) - angle(known)).abs()
+        })
+        .collect();
+    errors.sort_by(f64::total_cmp);
+    let median = errors[errors.len() / 2];
+    assert!(median < 0.03, "{median}");
 }
 
 #[test]

@@ -1,11 +1,10 @@
 //! Cuts that open a surface to a disk.
 
 use super::super::topology::Topology;
-use super::Cut;
-use super::capped::Capped;
 use super::paths::{CheapestPaths, EdgeGraph, cheapest_path};
 use super::straighten::shortened;
 use super::tree_cotree::cut_between;
+use super::{Cut, boundary_vertices, finite};
 
 /// How many triangles the candidates may have together: more are tried on small surfaces.
 const CANDIDATE_TRIANGLES: usize = 800_000;
@@ -15,19 +14,13 @@ const CANDIDATES: std::ops::RangeInclusive<usize> = 8..=48;
 
 /// A cheap cut that opens a connected surface to a disk and reaches all `terminals`.
 ///
-/// Boundary loops for which `keeps_hole` holds stay holes where the cut has no use for them;
-/// a surface of genus 0 is opened at its longest one if it would otherwise have none but
-/// those. A sphere is slit along two edges, or between the terminals if there are more.
-/// Branches end in nothing but terminals and the boundary.
-pub fn cut_to_disk(
-    topology: &Topology,
-    cost: &[f64],
-    terminals: &[u32],
-    keeps_hole: impl Fn(&[u32]) -> bool,
-) -> Cut {
-    let (open, kept) = opened_and_kept(topology, cost, keeps_hole);
-    let capped = Capped::new(topology, cost, &kept);
-    let mut base: Vec<u32> = open.iter().flatten().map(|&h| topology.origin(h)).collect();
+/// A sphere is slit along two edges, or between the terminals if there are more. Branches end
+/// in nothing but terminals and the boundary.
+pub fn cut_to_disk(topology: &Topology, cost: &[f64], terminals: &[u32]) -> Cut {
+    let cost = &finite(cost);
+    let on_boundary = boundary_vertices(topology);
+    let all = 0..topology.vertices() as u32;
+    let mut base: Vec<u32> = all.filter(|&v| on_boundary[v as usize]).collect();
     base.extend(
         terminals
             .iter()
@@ -35,33 +28,31 @@ pub fn cut_to_disk(
     );
     base.sort_unstable();
     base.dedup();
-    let graph = EdgeGraph::of(&capped.topology);
-    if base.len() < 2 && capped.topology.euler_characteristic() == 2 {
-        let slit = slit(&capped, &graph, topology.vertices(), base.first().copied());
-        return capped.uncapped(topology, &slit);
+    let graph = EdgeGraph::of(topology);
+    if base.len() < 2 && topology.euler_characteristic() == 2 {
+        return slit(topology, cost, &graph, base.first().copied());
     }
-    let mut cuts = candidates(&capped, &graph, topology.vertices(), &base, terminals);
-    cuts.sort_by(|a, b| a.cost(&capped.cost).total_cmp(&b.cost(&capped.cost)));
+    let mut cuts = candidates(topology, cost, &graph, &base, terminals);
+    cuts.sort_by(|a, b| a.cost(cost).total_cmp(&b.cost(cost)));
     cuts.dedup();
     cuts.truncate(STRAIGHTENED);
     let best = cuts
         .into_iter()
-        .map(|cut| shortened(&capped, cut, terminals))
-        .min_by(|a, b| a.cost(&capped.cost).total_cmp(&b.cost(&capped.cost)));
-    let best = best.map(|best| two_edges_at_least(&capped, best));
-    best.map_or(Cut::none(topology), |best| capped.uncapped(topology, &best))
+        .map(|cut| shortened(topology, cost, cut, terminals))
+        .min_by(|a, b| a.cost(cost).total_cmp(&b.cost(cost)));
+    let best = best.map(|best| two_edges_at_least(topology, cost, best));
+    best.unwrap_or_else(|| Cut::none(topology))
 }
 
-/// Cuts between the vertices of `base`, which has the terminals among it, and one more of the
-/// first `vertices`, if there is anything to cut.
+/// Cuts between the vertices of `base`, which has the terminals among it, and one more, if there
+/// is anything to cut.
 fn candidates(
-    surface: &Capped,
+    topology: &Topology,
+    cost: &[f64],
     graph: &EdgeGraph,
-    vertices: usize,
     base: &[u32],
     terminals: &[u32],
 ) -> Vec<Cut> {
-    let topology = &surface.topology;
     let mut keeps = vec![false; topology.vertices()];
     for &v in terminals {
         if let Some(keeps) = keeps.get_mut(v as usize) {
@@ -69,7 +60,7 @@ fn candidates(
         }
     }
     let between = |roots: &[u32]| {
-        let cut = cut_between(topology, graph, &surface.cost, roots);
+        let cut = cut_between(topology, graph, cost, roots);
         cut.pruned(topology, |v| keeps[v as usize])
     };
     let mut cuts = Vec::new();
@@ -81,7 +72,7 @@ fn candidates(
     }
     let count = CANDIDATE_TRIANGLES / topology.triangles().len().max(1);
     let count = count.clamp(*CANDIDATES.start(), *CANDIDATES.end());
-    for root in spread(surface, graph, vertices, base, count) {
+    for root in spread(topology, cost, graph, base, count) {
         cuts.push(between(&[base, &[root]].concat()));
     }
     cuts
@@ -89,14 +80,13 @@ fn candidates(
 
 /// Another way between the ends of the only edge that a closed surface is cut along, which
 /// would leave it a boundary of two vertices.
-fn two_edges_at_least(surface: &Capped, cut: Cut) -> Cut {
-    let topology = &surface.topology;
+fn two_edges_at_least(topology: &Topology, cost: &[f64], cut: Cut) -> Cut {
     let both: Vec<u32> = cut.half_edges().take(3).collect();
     let closed = (0..topology.half_edges()).all(|h| topology.twin(h).is_some());
     if both.len() != 2 || !closed {
         return cut;
     }
-    let mut cost = surface.cost.clone();
+    let mut cost = cost.to_vec();
     for &h in &both {
         cost[h as usize] = f64::INFINITY;
     }
@@ -108,36 +98,17 @@ fn two_edges_at_least(surface: &Capped, cut: Cut) -> Cut {
     longer
 }
 
-/// The boundary loops that are to be opened and those that stay holes.
-fn opened_and_kept(
+/// Up to `count` vertices, each as far as possible from those before it and from `base`.
+fn spread(
     topology: &Topology,
     cost: &[f64],
-    keeps_hole: impl Fn(&[u32]) -> bool,
-) -> (Vec<Vec<u32>>, Vec<Vec<u32>>) {
-    let loops = topology.boundary_loops();
-    let count = loops.len() as i64;
-    let (mut kept, mut open): (Vec<_>, Vec<_>) =
-        loops.into_iter().partition(|edges| keeps_hole(edges));
-    if open.is_empty() && topology.euler_characteristic() + count == 2 {
-        let length = |edges: &[u32]| edges.iter().map(|&h| cost[h as usize]).sum::<f64>();
-        let longest =
-            (0..kept.len()).max_by(|&a, &b| length(&kept[a]).total_cmp(&length(&kept[b])));
-        open.extend(longest.map(|longest| kept.remove(longest)));
-    }
-    (open, kept)
-}
-
-/// Up to `count` of the first `vertices`, each as far as possible from those before it and
-/// from `base`.
-fn spread(
-    surface: &Capped,
     graph: &EdgeGraph,
-    vertices: usize,
     base: &[u32],
     count: usize,
 ) -> Vec<u32> {
+    let vertices = topology.vertices();
     let start = if base.is_empty() { &[0] } else { base };
-    let mut nearest = CheapestPaths::from(graph, &surface.cost, start).distance;
+    let mut nearest = CheapestPaths::from(graph, cost, start).distance;
     let mut chosen = Vec::new();
     while chosen.len() < count.min(vertices) {
         let Some(farthest) = (0..vertices).max_by(|&a, &b| nearest[a].total_cmp(&nearest[b]))
@@ -145,7 +116,7 @@ fn spread(
             break;
         };
         chosen.push(farthest as u32);
-        let own = CheapestPaths::from(graph, &surface.cost, &[farthest as u32]).distance;
+        let own = CheapestPaths::from(graph, cost, &[farthest as u32]).distance;
         for (nearest, own) in nearest.iter_mut().zip(own) {
             *nearest = nearest.min(own);
         }
@@ -155,19 +126,19 @@ fn spread(
 
 /// Two edges of a sphere that meet in a vertex, in `end` if it is given: cheap, and far from
 /// the vertex farthest from the first one, as a tip of the shape is.
-fn slit(surface: &Capped, graph: &EdgeGraph, vertices: usize, end: Option<u32>) -> Cut {
-    let topology = &surface.topology;
+fn slit(topology: &Topology, cost: &[f64], graph: &EdgeGraph, end: Option<u32>) -> Cut {
+    let vertices = topology.vertices();
     let farthest_from = |v: u32| {
-        let distance = CheapestPaths::from(graph, &surface.cost, &[v]).distance;
+        let distance = CheapestPaths::from(graph, cost, &[v]).distance;
         let far = (0..vertices).max_by(|&a, &b| distance[a].total_cmp(&distance[b]));
         (far.unwrap_or(0) as u32, distance)
     };
     let (one_tip, _) = farthest_from(0);
     let (_, distance) = farthest_from(one_tip);
-    let mut cheapest: Vec<[(f64, u32); 2]> = vec![[(f64::INFINITY, 0); 2]; topology.vertices()];
+    let mut cheapest: Vec<[(f64, u32); 2]> = vec![[(f64::INFINITY, 0); 2]; vertices];
     for h in 0..topology.half_edges() {
         let two = &mut cheapest[topology.origin(h) as usize];
-        let own = (surface.cost[h as usize], h);
+        let own = (cost[h as usize], h);
         if own.0 < two[0].0 {
             *two = [own, two[0]];
         } else if own.0 < two[1].0 {
@@ -194,7 +165,7 @@ mod tests {
     use super::super::straighten::character;
     use super::super::test_surfaces::{block, cubes, oriented, pierced_plate, random_costs};
     use super::*;
-    use crate::surface::{Components, TriangleMesh, shapes};
+    use crate::surface::shapes;
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64;
 
@@ -213,7 +184,7 @@ mod tests {
         for handles in [1, 2, 4] {
             let (plate, lengths) = oriented(&pierced_plate(handles));
             assert_eq!(plate.euler_characteristic(), 2 - 2 * i64::from(handles));
-            let cut = cut_to_disk(&plate, &lengths, &[], |_| false);
+            let cut = cut_to_disk(&plate, &lengths, &[]);
             assert_eq!(character(&plate, &cut), DISK);
             assert_leaves_end_in(&plate, &cut, &[]);
         }
@@ -230,7 +201,7 @@ mod tests {
             (shapes::rectangle(1.0, 1.0, 9, 9), vec![44, 55]),
         ] {
             let (surface, lengths) = oriented(&mesh);
-            let cut = cut_to_disk(&surface, &lengths, &terminals, |_| false);
+            let cut = cut_to_disk(&surface, &lengths, &terminals);
             assert_eq!(character(&surface, &cut), DISK);
             let mut reached = cut.vertices(&surface);
             for edge in surface.boundary_loops().into_iter().flatten() {
@@ -245,7 +216,7 @@ mod tests {
     #[test]
     fn a_torus_is_cut_along_its_two_shortest_loops() {
         let (torus, lengths) = oriented(&shapes::torus(1.0, 0.4, 96, 48));
-        let cut = cut_to_disk(&torus, &lengths, &[], |_| false);
+        let cut = cut_to_disk(&torus, &lengths, &[]);
         assert_eq!(character(&torus, &cut), DISK);
         let shortest = std::f64::consts::TAU * (0.4 + 0.6);
         assert!(cut.cost(&lengths) < 1.05 * shortest);
@@ -254,7 +225,7 @@ mod tests {
     #[test]
     fn a_cylinder_is_cut_along_its_height() {
         let (cylinder, lengths) = oriented(&shapes::open_cylinder(1.0, 3.0, 20, 9));
-        let cut = cut_to_disk(&cylinder, &lengths, &[], |_| false);
+        let cut = cut_to_disk(&cylinder, &lengths, &[]);
         assert_eq!(character(&cylinder, &cut), DISK);
         assert!((cut.cost(&lengths) - 3.0).abs() < 1e-6);
     }
@@ -264,7 +235,7 @@ mod tests {
         let (sphere, lengths) = oriented(&block());
         let neighbours = [sphere.origin(30), sphere.target(30)];
         for terminals in [&[][..], &[7], &neighbours] {
-            let cut = cut_to_disk(&sphere, &lengths, terminals, |_| false);
+            let cut = cut_to_disk(&sphere, &lengths, terminals);
             assert_eq!(character(&sphere, &cut), DISK);
             assert_eq!(cut.half_edges().count(), 4);
             let reached = cut.vertices(&sphere);
@@ -275,41 +246,9 @@ mod tests {
     #[test]
     fn a_disk_and_a_moebius_strip_that_came_cut_stay_whole() {
         let (sheet, lengths) = oriented(&shapes::rectangle(1.0, 1.0, 4, 4));
-        assert!(cut_to_disk(&sheet, &lengths, &[], |_| false).is_empty());
-        assert!(cut_to_disk(&sheet, &lengths, &[], |_| true).is_empty());
+        assert!(cut_to_disk(&sheet, &lengths, &[]).is_empty());
         let (strip, lengths) = oriented(&shapes::moebius_strip(0.5, 40, 4));
-        assert!(cut_to_disk(&strip, &lengths, &[], |_| false).is_empty());
-    }
-
-    fn pierced_sheet() -> (Topology, Vec<f64>) {
-        let sheet = shapes::rectangle(20.0, 20.0, 20, 20);
-        let hole = |t: usize| {
-            let (x, y) = (t / 2 % 20, t / 40);
-            (5..7).contains(&x) && (5..7).contains(&y)
-                || (12..18).contains(&x) && (9..17).contains(&y)
-        };
-        let triangles = sheet.triangles().iter().enumerate();
-        let left = triangles
-            .filter(|&(t, _)| !hole(t))
-            .map(|(_, &corners)| corners);
-        let mesh = TriangleMesh::new(sheet.positions().to_vec(), left.collect()).unwrap();
-        oriented(&Components::of(&mesh, &[]).unwrap().list[0].mesh)
-    }
-
-    #[test]
-    fn small_holes_stay_if_they_may() {
-        let (sheet, lengths) = pierced_sheet();
-        assert_eq!(sheet.boundary_loops().len(), 3);
-        let cut = cut_to_disk(&sheet, &lengths, &[], |_| false);
-        assert_eq!(character(&sheet, &cut), DISK);
-        let length = |edges: &[u32]| edges.iter().map(|&h| lengths[h as usize]).sum::<f64>();
-        let one_joined = cut_to_disk(&sheet, &lengths, &[], |edges| length(edges) < 10.0);
-        assert_eq!(character(&sheet, &one_joined), (1, 0, 2));
-        assert!((one_joined.cost(&lengths) - 2.0).abs() < 1e-9);
-        let none_joined = cut_to_disk(&sheet, &lengths, &[], |edges| length(edges) < 40.0);
-        assert!(none_joined.is_empty());
-        let all_kept = cut_to_disk(&sheet, &lengths, &[], |_| true);
-        assert!(all_kept.is_empty());
+        assert!(cut_to_disk(&strip, &lengths, &[]).is_empty());
     }
 
     #[test]
@@ -322,10 +261,10 @@ mod tests {
                 cost[h as usize] = f64::INFINITY;
             }
         }
-        let cut = cut_to_disk(&cylinder, &cost, &[], |_| false);
+        let cut = cut_to_disk(&cylinder, &cost, &[]);
         assert_eq!(character(&cylinder, &cut), DISK);
         assert!(cut.half_edges().all(|h| cost[h as usize].is_finite()));
-        let cut = cut_to_disk(&cylinder, &vec![f64::INFINITY; cost.len()], &[], |_| false);
+        let cut = cut_to_disk(&cylinder, &vec![f64::INFINITY; cost.len()], &[]);
         assert_eq!(character(&cylinder, &cut), DISK);
     }
 
@@ -340,15 +279,15 @@ mod tests {
             for mesh in cubes([5, 5, 5], solid) {
                 let surface = Topology::oriented(&mesh).topology;
                 let cost = random_costs(&surface, seed);
-                let cut = cut_to_disk(&surface, &cost, &[], |_| false);
+                let cut = cut_to_disk(&surface, &cost, &[]);
                 assert_eq!(character(&surface, &cut), DISK);
                 assert_leaves_end_in(&surface, &cut, &[]);
                 let loops = surface.boundary_loops().len() as i64;
                 handles += (2 - loops - surface.euler_characteristic()) / 2;
                 let terminals = [0, surface.vertices() as u32 - 1];
-                let cut = cut_to_disk(&surface, &cost, &terminals, |edges| edges.len() < 6);
-                let (pieces, euler, holes) = character(&surface, &cut);
-                assert_eq!((pieces, euler), (1, 2 - holes as i64));
+                let cut = cut_to_disk(&surface, &cost, &terminals);
+                assert_eq!(character(&surface, &cut), DISK);
+                assert_leaves_end_in(&surface, &cut, &terminals);
             }
         }
         assert!(handles > 30);

@@ -77,6 +77,31 @@ pub fn branches(topology: &Topology, cut: &Cut, pinned: impl Fn(u32) -> bool) ->
     branches
 }
 
+/// What of a cut can be closed from an end, each running towards it: leaves and slits from their
+/// tips, and bridges from where they end on the boundary, which makes leaves of them. What has
+/// two such ends is there both ways.
+pub fn closable(topology: &Topology, cut: &Cut) -> Vec<Branch> {
+    let boundary = boundary_vertices(topology);
+    let ways = |branch: Branch| {
+        let back = Branch {
+            half_edges: reversed(topology, &branch.half_edges),
+            kind: branch.kind,
+        };
+        let may = |way: &Branch| match way.kind {
+            BranchKind::Leaf => way.half_edges[0] == branch.half_edges[0],
+            BranchKind::Bridge => boundary[way.tip(topology) as usize],
+            BranchKind::Slit => true,
+        };
+        let both = [may(&branch), may(&back)];
+        let ways = [branch, back].into_iter().zip(both);
+        ways.filter_map(|(way, may)| may.then_some(way))
+    };
+    branches(topology, cut, |_| false)
+        .into_iter()
+        .flat_map(ways)
+        .collect()
+}
+
 /// The half-edges of a path the other way.
 fn reversed(topology: &Topology, path: &[u32]) -> Vec<u32> {
     let back = path.iter().rev();
@@ -229,6 +254,38 @@ mod tests {
                 (BranchKind::Bridge, 40, 40, 8),
                 (BranchKind::Leaf, 40, 51, 2)
             ]
+        );
+    }
+
+    #[test]
+    fn bridges_are_closed_from_the_boundary_and_leaves_from_their_tips() {
+        let (sheet, fork) =
+            sheet_with(&[&[[0, 4], [1, 4], [2, 4], [3, 4]], &[[2, 4], [2, 5], [2, 6]]]);
+        let found = summary(&sheet, &closable(&sheet, &fork));
+        let at = 9 * 4 + 2;
+        assert_eq!(
+            found,
+            [
+                (BranchKind::Bridge, at, 36, 2),
+                (BranchKind::Leaf, at, at + 1, 1),
+                (BranchKind::Leaf, at, at + 18, 2),
+            ]
+        );
+        let across: Vec<[u32; 2]> = (0..9).map(|row| [row, 4]).collect();
+        let (sheet, across) = sheet_with(&[&across]);
+        let found = summary(&sheet, &closable(&sheet, &across));
+        assert_eq!(
+            found,
+            [
+                (BranchKind::Bridge, 36, 44, 8),
+                (BranchKind::Bridge, 44, 36, 8)
+            ]
+        );
+        let (sheet, slit) = sheet_with(&[&[[2, 2], [3, 2], [4, 2]]]);
+        let found = summary(&sheet, &closable(&sheet, &slit));
+        assert_eq!(
+            found,
+            [(BranchKind::Slit, 20, 22, 2), (BranchKind::Slit, 22, 20, 2)]
         );
     }
 

@@ -13,6 +13,7 @@ mod shorten;
 use std::cell::Cell;
 use std::cmp::Ordering;
 
+use super::creases::{corners, crease_costs};
 use super::cut::Cut;
 use super::cut::disk::cut_to_disk;
 use super::cut::segments::{BranchKind, branches};
@@ -87,7 +88,7 @@ pub enum Start<'a> {
 
 /// Cuts a patch and lays it out without flipped triangles and overlaps. `cost` is that of a
 /// cut along every half-edge while it is looked for; the seams that are found are straightened
-/// by their length. Forbidden edges of the patch are cut where there is no other way.
+/// by their length and by creases. Forbidden edges of the patch are cut where there is no other way.
 /// `budget` is how many Newton steps there may be, each times the triangles it is over;
 /// what is used up is taken off. `proceed` sees layouts on the way; after it says no, what
 /// there is is brought to a valid end.
@@ -115,7 +116,7 @@ pub fn without_regard_to_overlaps(
     goal: &Goal,
     budget: &mut u64,
 ) -> Layout {
-    let problem = Problem::new(patch, patch.without_forbidden(patch.lengths.clone()));
+    let problem = Problem::new(patch, patch.without_forbidden(crease_costs(patch)));
     let _ = problem.relax(&mut layout, LAST);
     let limit = *budget;
     let mut proceed = |problem: &Problem, _: &Layout| problem.work() < limit;
@@ -156,12 +157,12 @@ fn found(
     problem.injective = true;
     limit.set(budget);
     // Tears say where to cut; how, their noise says badly.
-    problem.cost = patch.without_forbidden(patch.lengths.clone());
+    problem.cost = patch.without_forbidden(crease_costs(patch));
     let mut best: Option<Layout> = None;
     for _ in 0..CYCLES {
         let layout = match given.take() {
             Some(layout) => layout,
-            None => match problem.flattened(straightened(problem, &cut), START) {
+            None => match problem.flattened(straightened(problem, &cut, goal.bound), START) {
                 Ok(layout) => layout,
                 Err(_) if best.is_some() => break,
                 Err(_) => problem.flattened(cut.clone(), START)?,
@@ -182,7 +183,7 @@ fn found(
         if gain.is_none_or(|gain| gain > 0.0) {
             best = Some(layout);
         }
-        let settled = gain.is_some_and(|gain| gain < LEAST_GAIN);
+        let settled = cut.is_empty() || gain.is_some_and(|gain| gain < LEAST_GAIN);
         let spent = problem.work() as f64 > SHARE_OF_STEPS * budget as f64;
         if settled || spent || !going.get() {
             break;
@@ -201,7 +202,7 @@ fn searched(
     proceed: &mut impl FnMut(&Problem, &Layout) -> bool,
 ) -> Result<Layout, SolveError> {
     let topology = &problem.patch.topology;
-    let cut = cut_to_disk(topology, &problem.cost, &[], |_| false);
+    let cut = cut_to_disk(topology, &problem.cost, &[]);
     let taken = match start {
         Start::Map(corners) => problem.taken(&Layout::of(topology, cut.clone(), corners), START),
         Start::Nothing | Start::Layout(_) => None,
@@ -250,13 +251,14 @@ fn grown(
     layout
 }
 
-/// The cut made shorter without moving its ends.
-fn straightened(problem: &Problem, cut: &Cut) -> Cut {
+/// The cut made shorter without moving its ends or leaving sharp corners out.
+fn straightened(problem: &Problem, cut: &Cut, bound: f64) -> Cut {
     let topology = &problem.patch.topology;
-    let tips: Vec<u32> = branches(topology, cut, |_| false)
+    let pinned: Vec<u32> = branches(topology, cut, |_| false)
         .iter()
         .filter(|branch| branch.kind == BranchKind::Slit)
         .flat_map(|slit| [slit.root(topology), slit.tip(topology)])
+        .chain(corners(problem.patch, bound))
         .collect();
-    straighten(topology, &problem.cost, cut, &tips)
+    straighten(topology, &problem.cost, cut, &pinned)
 }

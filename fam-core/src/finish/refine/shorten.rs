@@ -1,13 +1,14 @@
-//! Cuts that do not pay are closed again, from their ends.
+//! Cuts that do not pay are closed again, from their ends. A cut between two boundary loops may
+//! be closed from a boundary: they need not be joined if the layout is valid with a hole.
 
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::super::cut::segments::{Branch, BranchKind, branches};
+use super::super::cut::segments::{Branch, closable};
 use super::super::layout::Layout;
 use super::super::solve::orientation::{first_flipped, longest_step};
-use super::super::topology::next;
+use super::super::topology::{Topology, next};
 use super::problem::{Effort, Problem};
 use crate::surface::vector::{length, sub};
 
@@ -50,7 +51,7 @@ struct Known {
     rate: Option<f64>,
 }
 
-/// Closes leaf branches from their tips, those first that cost least distortion per length,
+/// Closes branches from their ends, those first that cost least distortion per length,
 /// as far as the energy stays within the bound. `proceed` is asked after every round.
 pub fn shortened(
     problem: &Problem,
@@ -86,27 +87,24 @@ fn round(
     known: &mut BTreeMap<u32, Known>,
 ) -> Round {
     let topology = &problem.patch.topology;
-    let leaves: Vec<Branch> = branches(topology, &layout.cut, |_| false)
-        .into_iter()
-        .filter(|branch| branch.kind == BranchKind::Leaf)
-        .collect();
-    let tips: Vec<&[u32]> = leaves
+    let branches = closable(topology, &layout.cut);
+    let tips: Vec<&[u32]> = branches
         .iter()
-        .map(|leaf| {
-            let first = known.entry(leaf.half_edges[0]).or_insert(Known {
+        .map(|branch| {
+            let first = known.entry(branch.half_edges[0]).or_insert(Known {
                 step: FIRST,
                 rate: None,
             });
-            tip(problem, leaf, first.step)
+            tip(problem, branch, first.step)
         })
         .collect();
     let lengths: Vec<f64> = tips
         .iter()
         .map(|tip| tip.iter().map(|&h| problem.patch.lengths[h as usize]).sum())
         .collect();
-    let rates: Vec<Option<f64>> = (0..leaves.len())
+    let rates: Vec<Option<f64>> = (0..branches.len())
         .into_par_iter()
-        .map(|i| match known[&leaves[i].half_edges[0]].rate {
+        .map(|i| match known[&branches[i].half_edges[0]].rate {
             Some(rate) => Some(rate),
             None => closed(problem, layout, tips[i])
                 .map(|closed| (closed.energy - layout.energy) / lengths[i]),
@@ -114,7 +112,7 @@ fn round(
         .collect();
     let mut again = false;
     for (i, rate) in rates.iter().enumerate() {
-        let Some(known) = known.get_mut(&leaves[i].half_edges[0]) else {
+        let Some(known) = known.get_mut(&branches[i].half_edges[0]) else {
             continue;
         };
         known.rate = *rate;
@@ -122,7 +120,7 @@ fn round(
             again |= known.shorten(tips[i]);
         }
     }
-    let mut order: Vec<usize> = (0..leaves.len()).collect();
+    let mut order: Vec<usize> = (0..branches.len()).collect();
     let rate = |i: usize| rates[i].unwrap_or(f64::INFINITY);
     order.sort_by(|&a, &b| rate(a).total_cmp(&rate(b)).then(a.cmp(&b)));
     let most = order
@@ -131,7 +129,7 @@ fn round(
     let mut energy = layout.energy;
     let mut chosen = Vec::new();
     for i in order {
-        let Some(known) = known.get_mut(&leaves[i].half_edges[0]) else {
+        let Some(known) = known.get_mut(&branches[i].half_edges[0]) else {
             continue;
         };
         if !rate(i).is_finite() || rate(i) > most {
@@ -139,6 +137,12 @@ fn round(
         }
         if energy + rate(i) * lengths[i] > bound {
             again |= known.shorten(tips[i]);
+            continue;
+        }
+        if chosen
+            .iter()
+            .any(|&j| is_reverse(topology, &branches[i], &branches[j]))
+        {
             continue;
         }
         energy += rate(i) * lengths[i];
@@ -161,7 +165,7 @@ fn round(
         return Round::Shorter(Box::new(shorter));
     }
     for &i in &chosen {
-        if let Some(known) = known.get_mut(&leaves[i].half_edges[0]) {
+        if let Some(known) = known.get_mut(&branches[i].half_edges[0]) {
             again |= known.shorten(tips[i]);
         }
     }
@@ -181,9 +185,15 @@ impl Known {
     }
 }
 
+/// Whether two branches are the same but for their directions.
+fn is_reverse(topology: &Topology, one: &Branch, other: &Branch) -> bool {
+    let last = other.half_edges.last();
+    last.and_then(|&h| topology.twin(h)) == one.half_edges.first().copied()
+}
+
 /// The end of a branch, of about a given length.
-fn tip<'a>(problem: &Problem, leaf: &'a Branch, wanted: f64) -> &'a [u32] {
-    let edges = &leaf.half_edges;
+fn tip<'a>(problem: &Problem, branch: &'a Branch, wanted: f64) -> &'a [u32] {
+    let edges = &branch.half_edges;
     let mut sum = 0.0;
     let mut start = edges.len();
     while start > 0 && (start == edges.len() || sum < 0.75 * wanted) {
@@ -193,7 +203,8 @@ fn tip<'a>(problem: &Problem, leaf: &'a Branch, wanted: f64) -> &'a [u32] {
     &edges[start..]
 }
 
-/// A layout whose cut ends before `tip`, relaxed around it; its energy is that much higher.
+/// A layout whose cut ends before `tip`, relaxed around it; its energy is that much higher. None
+/// if the surface has a handle then, or if its sides cannot be joined.
 fn closed(problem: &Problem, layout: &Layout, tip: &[u32]) -> Option<Layout> {
     let patch = problem.patch;
     let mut cut = layout.cut.clone();
@@ -206,6 +217,9 @@ fn closed(problem: &Problem, layout: &Layout, tip: &[u32]) -> Option<Layout> {
         .map(|&p| length(sub(p, middle)) < reach)
         .collect();
     let mut closed = problem.recut(layout, cut);
+    if !is_planar(&closed.opened.topology) {
+        return None;
+    }
     if !problem.is_valid(&closed) {
         let drawn = drawn_together(problem, layout, &closed, tip, &near)?;
         closed = problem.recut(&drawn, closed.cut);
@@ -214,6 +228,12 @@ fn closed(problem: &Problem, layout: &Layout, tip: &[u32]) -> Option<Layout> {
     let sum = |layout: &Layout| problem.excess(layout).iter().sum::<f64>();
     closed.energy = layout.energy + sum(&closed) - sum(layout);
     Some(closed)
+}
+
+/// Whether a connected surface is a disk, with or without holes: no other has a valid layout.
+fn is_planar(topology: &Topology) -> bool {
+    let loops = topology.boundary_loops().len() as i64;
+    loops > 0 && topology.euler_characteristic() == 2 - loops
 }
 
 /// Moves the sides of the cut at `tip` towards each other, until they can be joined as in
