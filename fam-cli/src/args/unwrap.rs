@@ -150,7 +150,7 @@ pub struct Unwrap {
     #[arg(long, value_name = "TEXELS", help_heading = "Finishing")]
     pub resolution: Option<u32>,
 
-    /// No progress on standard error
+    /// No progress on standard error; warnings and errors stay
     #[arg(short, long)]
     pub quiet: bool,
 

@@ -2,12 +2,14 @@
 
 use std::collections::HashMap;
 
+use super::distortion::Distortion;
 use super::layout::Layout;
 use super::patch::Patch;
 use super::refine::{Goal, MOST_STEPS, refined};
 use super::solve::rest::RestShapes;
 use super::split::split;
 use super::tears::tear_costs;
+use super::watch::Watch;
 use super::{FinishConfig, Guidance};
 use crate::surface::TriangleMesh;
 
@@ -25,8 +27,8 @@ pub struct FlatChart {
     pub triangles: Vec<[u32; 3]>,
     /// For every triangle that of the component.
     pub source: Vec<u32>,
-    /// Its mean symmetric Dirichlet energy.
-    pub energy: f64,
+    /// How far it is from an isometry.
+    pub distortion: Distortion,
 }
 
 /// A part of the component that is still to be flattened.
@@ -38,8 +40,7 @@ struct Part {
 }
 
 /// Cuts a component's mesh into as few charts as it takes and flattens them. `raw` has its
-/// UVs by the network; `proceed` sees energy and seam length (over the square root of the
-/// area) on the way and says whether to go on refining.
+/// UVs by the network; `watch` sees what is reached on the way and says whether to go on refining.
 ///
 /// A part that has no valid layout in one piece is divided, down to single triangles if it must
 /// be; one that stays above the distortion bound too, as long as there are not too many charts.
@@ -48,7 +49,7 @@ pub fn flat_charts(
     mesh: &TriangleMesh,
     raw: &[[f32; 2]],
     guidance: Guidance,
-    proceed: &mut dyn FnMut(f64, f64) -> bool,
+    watch: &Watch,
 ) -> Vec<FlatChart> {
     let goal = Goal {
         bound: config.distortion_bound,
@@ -60,7 +61,6 @@ pub fn flat_charts(
         vertices: (0..mesh.positions().len() as u32).collect(),
         triangles: (0..mesh.triangles().len() as u32).collect(),
     }];
-    let mut going = true;
     // A lower bound takes more cuts.
     let effort = (USUAL_EXCESS / (goal.bound - 4.0)).clamp(1.0, 4.0);
     let steps = (effort * MOST_STEPS as f64) as u64;
@@ -78,12 +78,10 @@ pub fn flat_charts(
             .map(|&v| own[v as usize].map(f64::from))
             .collect();
         let map = (guidance == Guidance::Tears).then_some(map.as_slice());
-        let layout = refined(&patch, cost, map, &goal, &mut budget, |layout| {
-            going = going && proceed(layout.energy, layout.cut.cost(&patch.lengths));
-            going
-        });
+        let layout = refined(&patch, cost, map, &goal, &mut budget, watch);
         let several = part.triangles.len() > 1;
-        let room = charts.len() + parts.len() + 1 < config.max_charts && going && budget > 0;
+        let room =
+            charts.len() + parts.len() + 1 < config.max_charts && budget > 0 && watch.goes_on();
         match layout {
             Ok(layout) if layout.uv.iter().flatten().all(|c| c.is_finite()) => {
                 let division = (room && several && layout.energy > goal.bound)
@@ -132,7 +130,7 @@ fn chart(part: &Part, patch: &Patch, layout: Layout) -> FlatChart {
             .collect(),
         triangles,
         source: part.triangles.clone(),
-        energy: layout.energy,
+        distortion: layout.distortion(),
     }
 }
 
@@ -149,7 +147,7 @@ fn lone_triangle(part: &Part, patch: &Patch) -> FlatChart {
         uvs: vec![[0.0; 2], side(a), side(b)],
         triangles: vec![[0, 1, 2]],
         source: part.triangles.clone(),
-        energy: 4.0,
+        distortion: Distortion::NONE,
     }
 }
 

@@ -19,6 +19,7 @@ use super::cut::straighten::straighten;
 use super::layout::Layout;
 use super::patch::Patch;
 use super::solve::SolveError;
+use super::watch::Watch;
 use grow::Growth;
 use problem::{Effort, Problem};
 use shorten::shortened;
@@ -76,7 +77,7 @@ impl Goal {
 /// cut along every half-edge while it is looked for; the seams that are found are straightened
 /// by their length. `map` has a coordinate for every vertex of the patch, to start from if it is
 /// valid. `budget` is how many Newton steps there may be, each times the triangles it is over;
-/// what is used up is taken off. `proceed` sees layouts on the way; after it says no, what
+/// what is used up is taken off. `watch` sees what is reached on the way; after it says no, what
 /// there is is brought to a valid end.
 ///
 /// # Errors
@@ -87,10 +88,11 @@ pub fn refined(
     map: Option<&[[f64; 2]]>,
     goal: &Goal,
     budget: &mut u64,
-    mut proceed: impl FnMut(&Layout) -> bool,
+    watch: &Watch,
 ) -> Result<Layout, SolveError> {
-    let mut problem = Problem::new(patch, cost);
-    let result = found(&mut problem, map, goal, *budget, &mut proceed);
+    let goes_on = || watch.goes_on();
+    let mut problem = Problem::new(patch, cost, &goes_on);
+    let result = found(&mut problem, map, goal, *budget, watch);
     *budget = budget.saturating_sub(problem.work());
     result
 }
@@ -100,15 +102,14 @@ fn found(
     map: Option<&[[f64; 2]]>,
     goal: &Goal,
     budget: u64,
-    proceed: &mut dyn FnMut(&Layout) -> bool,
+    watch: &Watch,
 ) -> Result<Layout, SolveError> {
     let patch = problem.patch;
     let growth = Growth::new(problem);
-    let going = Cell::new(true);
     let limit = Cell::new((SHARE_OF_SEARCH * budget as f64) as u64);
     let mut proceed = |problem: &Problem, layout: &Layout| {
-        going.set(going.get() && proceed(layout));
-        going.get() && problem.work() < limit.get()
+        watch.reaches(layout.energy, layout.cut.cost(&patch.lengths))
+            && problem.work() < limit.get()
     };
     let rough = searched(problem, &growth, map, goal, &mut proceed)?;
     problem.injective = true;
@@ -125,10 +126,10 @@ fn found(
             Err(_) => problem.flattened(cut.clone(), START)?,
         };
         let mut layout = grown(problem, &growth, layout, goal, &mut proceed);
-        if going.get() {
+        if watch.goes_on() {
             let _ = problem.relax(&mut layout, LAST);
         }
-        if going.get() && layout.is_within(goal.bound) {
+        if watch.goes_on() && layout.is_within(goal.bound) {
             let mut proceed = |layout: &Layout| proceed(problem, layout);
             layout = shortened(problem, layout, goal.bound, &mut proceed);
         }
@@ -141,7 +142,7 @@ fn found(
         }
         let settled = gain.is_some_and(|gain| gain < LEAST_GAIN);
         let spent = problem.work() as f64 > SHARE_OF_STEPS * budget as f64;
-        if settled || spent || !going.get() {
+        if settled || spent || !watch.goes_on() {
             break;
         }
     }

@@ -199,6 +199,9 @@ fn problem_length(problem: &Problem, path: &[u32]) -> f64 {
 
 /// A layout whose cut ends before `tip`, relaxed around it; its energy is that much higher.
 fn closed(problem: &Problem, layout: &Layout, tip: &[u32]) -> Option<Layout> {
+    if !problem.goes_on() {
+        return None;
+    }
     let patch = problem.patch;
     let mut cut = layout.cut.clone();
     cut.remove(&patch.topology, tip);
