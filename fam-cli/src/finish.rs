@@ -58,6 +58,8 @@ pub enum Outcome {
     Cloud {
         /// Points with the UVs of the raw map.
         unreached: usize,
+        /// The surface that was found.
+        atlas: FinishedAtlas,
     },
 }
 
@@ -108,7 +110,11 @@ impl Finish<'_> {
         }
         let points = cloud.points();
         let watched = Watched::new(self.quiet, self.stop);
-        let FinishedCloud { uvs, unreached } = watched.cloud(&self.settings.config, points, raw);
+        let FinishedCloud {
+            uvs,
+            unreached,
+            atlas,
+        } = watched.cloud(&self.settings.config, points, raw);
         let normalization = self.surface.normalization()?;
         let placed: Vec<_> = points.iter().map(|&p| normalization.apply(p)).collect();
         let threshold = SeamThreshold::of(self.seam_rule, &placed, &uvs);
@@ -120,7 +126,7 @@ impl Finish<'_> {
             seams: Seams::of_points(&placed, &uvs, threshold),
             thresholds: vec![Some(in_input_units)],
             uvs: Uvs::Points(uvs),
-            finished: Some(self.finished(Outcome::Cloud { unreached })),
+            finished: Some(self.finished(Outcome::Cloud { unreached, atlas })),
         })
     }
 

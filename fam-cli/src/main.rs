@@ -15,6 +15,7 @@ mod output;
 mod progress;
 mod report;
 mod surface;
+mod warnings;
 
 use std::process::ExitCode;
 

@@ -3,14 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use fam_core::atlas::Part;
-use fam_core::finish::{FinishConfig, FinishedAtlas};
+use fam_core::finish::{self, FinishConfig, FinishedAtlas};
 use fam_core::metrics::Metrics;
-use fam_core::surface::{Component, Components, Conditioning};
+use fam_core::surface::{Component, Conditioning};
 use serde::Serialize;
 
 use crate::finish::{Finished, Outcome};
 use crate::marks::MarksReport;
 use crate::output::Results;
+use crate::warnings::warnings;
 
 /// metrics.json. It holds no times, so that the same run writes the same bytes.
 #[derive(Debug, Serialize)]
@@ -54,6 +55,7 @@ struct LayoutReport {
     energy: f64,
     seam_length: f64,
     coverage: Vec<f64>,
+    margin: Vec<f64>,
 }
 
 /// How one component was flattened.
@@ -73,6 +75,8 @@ pub struct PartReport {
 struct PartFinish {
     charts: usize,
     energy: f64,
+    area_distortion: f64,
+    conformality: f64,
     seam_length: f64,
 }
 
@@ -115,21 +119,13 @@ impl Report {
         let seams = &results.layout.seams;
         let part = |(i, part): (usize, &Part)| {
             let component = components.map(|components| &components.list[i]);
-            let finish = atlas.zip(component);
-            PartReport::new(
-                part,
-                component,
-                finish.map(|(a, c)| PartFinish::new(a, i, c)),
-            )
+            let finish = atlas.map(|atlas| PartFinish::new(&atlas.components[i]));
+            PartReport::new(part, component, finish)
         };
         Self {
             version: 3,
             points: results.document.surface().positions().len(),
-            finish: finished.map(|finished| {
-                let layout = components.zip(atlas);
-                let layout = layout.map(|(components, atlas)| LayoutReport::new(components, atlas));
-                FinishReport::new(finished, layout, mesh.as_ref())
-            }),
+            finish: finished.map(|finished| FinishReport::new(finished, mesh.as_ref())),
             torn_edges: mesh.is_some().then_some(seams.edges.len()),
             mesh,
             raw,
@@ -196,100 +192,41 @@ impl Report {
 }
 
 impl FinishReport {
-    fn new(finished: &Finished, layout: Option<LayoutReport>, mesh: Option<&Metrics>) -> Self {
-        let mut warnings = Vec::new();
-        if finished.stopped {
-            warnings.push("finishing was stopped early".to_string());
-        }
-        warnings.extend(finished.marks.iter().flat_map(MarksReport::warnings));
-        let mut unreached_points = None;
-        match &finished.outcome {
-            Outcome::Mesh { atlas, .. } => {
-                let bound = finished.config.distortion_bound;
-                warnings.extend(above_bound(atlas, bound));
-            }
-            Outcome::Cloud { unreached } => {
-                unreached_points = Some(*unreached);
-                if *unreached > 0 {
-                    warnings.push(format!(
-                        "{unreached} points have no place in the surface and keep the raw map's UVs"
-                    ));
-                }
-            }
-        }
-        if let Some(metrics) = mesh {
-            let counts = [
-                (
-                    metrics.collapsed_triangles as u64,
-                    "triangles without area in the plane",
-                ),
-                (metrics.flipped_triangles as u64, "flipped triangles"),
-                (metrics.overlapping_pairs, "overlapping pairs of triangles"),
-            ];
-            let some = counts.iter().filter(|(count, _)| *count > 0);
-            warnings.extend(some.map(|(count, what)| format!("{count} {what}")));
-        }
+    fn new(finished: &Finished, mesh: Option<&Metrics>) -> Self {
+        let (layout, unreached_points) = match &finished.outcome {
+            Outcome::Mesh { atlas, .. } => (Some(LayoutReport::new(atlas)), None),
+            Outcome::Cloud { unreached, .. } => (None, Some(*unreached)),
+        };
         Self {
             config: finished.config.clone(),
             layout,
             unreached_points,
             marks: finished.marks.clone(),
-            warnings,
+            warnings: warnings(finished, mesh),
         }
     }
 }
 
-/// That components did not reach the distortion bound, if any did not.
-fn above_bound(atlas: &FinishedAtlas, bound: f64) -> Option<String> {
-    let energies = atlas.components.iter().map(|finished| finished.energy);
-    let above: Vec<f64> = energies.filter(|energy| *energy > bound).collect();
-    let worst = above.iter().fold(bound, |worst, energy| worst.max(*energy));
-    let all = atlas.components.len();
-    match above.len() {
-        0 => None,
-        _ if all == 1 => Some(format!(
-            "the energy is {worst:.3}, above the distortion bound of {bound}"
-        )),
-        some => Some(format!(
-            "{some} of {all} components are above the distortion bound of {bound}, the worst with \
-             an energy of {worst:.3}"
-        )),
-    }
-}
-
-fn area(component: &Component) -> f64 {
-    component.mesh.triangle_areas().iter().sum()
-}
-
 impl LayoutReport {
-    fn new(components: &Components, atlas: &FinishedAtlas) -> Self {
-        let areas: Vec<f64> = components.list.iter().map(area).collect();
-        let total: f64 = areas.iter().sum();
-        let all = &atlas.components;
-        let energies = all.iter().zip(&areas).filter(|(_, area)| **area > 0.0);
+    fn new(atlas: &FinishedAtlas) -> Self {
         Self {
-            charts: all.iter().map(|finished| finished.charts).sum(),
-            energy: energies
-                .map(|(finished, area)| finished.energy * area / total)
-                .sum(),
-            seam_length: all.iter().map(|f| f.seam_length).sum::<f64>() / total.sqrt(),
+            charts: atlas.components.iter().map(|one| one.charts).sum(),
+            energy: atlas.energy(),
+            seam_length: atlas.relative_seam_length(),
             coverage: atlas.coverage.clone(),
+            margin: atlas.margin.clone(),
         }
     }
 }
 
 impl PartFinish {
-    fn new(atlas: &FinishedAtlas, i: usize, component: &Component) -> Self {
-        let finished = &atlas.components[i];
-        let root = area(component).sqrt();
+    fn new(finished: &finish::Finished) -> Self {
         Self {
             charts: finished.charts,
-            energy: finished.energy,
-            seam_length: if root > 0.0 {
-                finished.seam_length / root
-            } else {
-                0.0
-            },
+            energy: finished.distortion.energy,
+            area_distortion: finished.distortion.area,
+            conformality: finished.distortion.conformality,
+            seam_length: finished.relative_seam_length(),
         }
     }
 }

@@ -118,6 +118,60 @@ fn what_is_not_finished_is_the_raw_map() {
     assert!(read("old/sample.obj") == read("full/sample.obj"));
 }
 
+/// Where nothing else is printed: on standard error and in the report.
+#[test]
+fn a_bound_that_is_missed_is_warned_of() {
+    let folder = tempfile::tempdir().unwrap();
+    // No cut is worth that much.
+    let run = succeeds(folder.path(), &brief(&["-q", "--seam-weight", "1000000"]));
+    let report = json(&folder.path().join("sample.fam/metrics.json"));
+    let warnings = report["finish"]["warnings"].as_array().unwrap();
+    let printed: Vec<String> = warnings
+        .iter()
+        .map(|warning| {
+            format!(
+                "warning: the built-in sample: {}",
+                warning.as_str().unwrap()
+            )
+        })
+        .collect();
+    assert!(
+        printed[0].contains("the energy is above the 4.1000"),
+        "{printed:?}"
+    );
+    assert_eq!(run.stderr.lines().collect::<Vec<_>>(), printed);
+    assert!(run.stdout.is_empty());
+}
+
+/// The layout is valid, and refined no more.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_while_finishing_still_writes_a_valid_layout() {
+    use std::io::{BufRead, BufReader};
+    use std::process::{Command, Stdio};
+
+    let folder = tempfile::tempdir().unwrap();
+    // So near to an isometry takes long.
+    let mut child = Command::new(&*common::FAM)
+        .current_dir(folder.path())
+        .args(brief(&["--distortion-bound", "4.001"]))
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
+    lines.find(|line| line.as_ref().unwrap().starts_with("finishing  "));
+    let kill = ["-INT", &child.id().to_string()];
+    assert!(Command::new("kill").args(kill).status().unwrap().success());
+    let rest: Vec<String> = lines.map_while(Result::ok).collect();
+    assert_eq!(child.wait().unwrap().code(), Some(130), "{rest:?}");
+    assert!(rest.iter().any(|line| line.starts_with("stopping: ")));
+    let metrics = json(&folder.path().join("sample.fam/metrics.json"));
+    assert_eq!(metrics["mesh"]["flipped_triangles"], 0);
+    assert_eq!(metrics["mesh"]["overlapping_pairs"], 0);
+    let warnings = &metrics["finish"]["warnings"];
+    assert_eq!(warnings[0], "finishing was stopped early");
+}
+
 #[test]
 fn options_reach_the_configuration_and_nonsense_is_refused() {
     let folder = tempfile::tempdir().unwrap();

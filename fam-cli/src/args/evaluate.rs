@@ -47,7 +47,7 @@ pub struct Evaluate {
     #[arg(long, value_enum, default_value_t = BackendName::Auto)]
     pub backend: BackendName,
 
-    /// No progress on standard error
+    /// No progress on standard error; errors stay
     #[arg(short, long)]
     pub quiet: bool,
 }

@@ -169,7 +169,7 @@ pub struct Unwrap {
     #[arg(long, value_name = "FILE", help_heading = "Finishing")]
     pub no_seams: Option<PathBuf>,
 
-    /// No progress on standard error
+    /// No progress on standard error; warnings and errors stay
     #[arg(short, long)]
     pub quiet: bool,
 

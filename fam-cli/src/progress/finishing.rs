@@ -26,7 +26,7 @@ impl FinishingProgress {
         }
     }
 
-    /// Whenever there is something new.
+    /// Often, whether there is something new or not.
     pub fn show(&mut self, now: &FinishProgress) {
         match &self.display {
             Display::Silent => {}
@@ -68,9 +68,11 @@ impl FinishingProgress {
             ));
         }
         if now.energy.is_finite() {
-            line.push_str(&format!("  energy {:.3}", now.energy));
+            let (energy, seam_length) = (now.energy, now.seam_length);
+            line.push_str(&format!(
+                "  energy {energy:.3}  seam length {seam_length:.2}"
+            ));
         }
-        line.push_str(&format!("  seam length {:.2}  {time}", now.seam_length));
-        line
+        format!("{line}  {time}")
     }
 }

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::creases::crease_costs;
+use super::distortion::Distortion;
 use super::layout::Layout;
 use super::marks::ComponentMarks;
 use super::opening::opened;
@@ -13,6 +14,7 @@ use super::solve::SolveError;
 use super::solve::rest::RestShapes;
 use super::split::split;
 use super::tears::tear_costs;
+use super::watch::Watch;
 use super::{FinishConfig, Guidance};
 use crate::surface::TriangleMesh;
 
@@ -30,8 +32,8 @@ pub struct FlatChart {
     pub triangles: Vec<[u32; 3]>,
     /// For every triangle that of the component.
     pub source: Vec<u32>,
-    /// Its mean symmetric Dirichlet energy.
-    pub energy: f64,
+    /// How far it is from an isometry.
+    pub distortion: Distortion,
 }
 
 /// A part of the component that is still to be flattened.
@@ -46,8 +48,8 @@ pub(super) struct Part {
 }
 
 /// Cuts a component's mesh into as few charts as it takes and flattens them. `raw` has its
-/// UVs by the network; `marks` says where to cut and where not to; `proceed` sees energy and
-/// seam length (over the square root of the area) on the way and says whether to go on refining.
+/// UVs by the network; `marks` says where to cut and where not to; `watch` sees what is reached on
+/// the way and says whether to go on refining.
 ///
 /// A part that has no valid layout in one piece is divided, down to single triangles if it must
 /// be. One that stays above the distortion bound is divided where it would overlap itself if it
@@ -58,7 +60,7 @@ pub fn flat_charts(
     raw: &[[f32; 2]],
     guidance: Guidance,
     marks: &ComponentMarks,
-    proceed: &mut dyn FnMut(f64, f64) -> bool,
+    watch: &Watch,
 ) -> Vec<FlatChart> {
     let goal = Goal {
         bound: config.distortion_bound,
@@ -74,14 +76,13 @@ pub fn flat_charts(
         marks,
         areas: mesh.triangle_areas(),
         budget: steps * (mesh.triangles().len() as u64).max(SMALL),
-        going: true,
-        proceed,
+        watch,
     };
     component.divided(opened(mesh, marks), config.max_charts)
 }
 
 /// A component that is being flattened.
-struct Component<'a> {
+struct Component<'a, 'w> {
     goal: Goal,
     raw: &'a [[f32; 2]],
     guidance: Guidance,
@@ -90,12 +91,10 @@ struct Component<'a> {
     areas: Vec<f64>,
     /// What is left to be spent, see [`refined`].
     budget: u64,
-    /// Whether to go on refining.
-    going: bool,
-    proceed: &'a mut dyn FnMut(f64, f64) -> bool,
+    watch: &'a Watch<'w>,
 }
 
-impl Component<'_> {
+impl Component<'_, '_> {
     /// The charts of a part: `most` of them at most, unless it takes more to be valid.
     fn charts(&mut self, part: Part, most: usize) -> Vec<FlatChart> {
         let patch = self.marks.patch(&part);
@@ -111,12 +110,14 @@ impl Component<'_> {
         match layout {
             Ok(layout) if layout.uv.iter().flatten().all(|c| c.is_finite()) => {
                 let whole = chart(&part, &patch, &layout);
-                let room = several && most > 1 && self.going && self.budget > 0;
+                let room = several && most > 1 && self.budget > 0 && self.watch.goes_on();
                 if room && !layout.is_within(self.goal.bound) {
                     let (parts, price) = self.division(&part, &patch, layout);
-                    if whole.energy - self.goal.bound > price {
+                    if whole.distortion.energy - self.goal.bound > price {
                         let charts = self.divided(parts, most);
-                        if charts.len() <= most && whole.energy - self.energy(&charts) > price {
+                        if charts.len() <= most
+                            && whole.distortion.energy - self.energy(&charts) > price
+                        {
                             return charts;
                         }
                     }
@@ -164,16 +165,13 @@ impl Component<'_> {
             (None, Guidance::Tears) => Start::Map(&map),
             (None, Guidance::None) => Start::Nothing,
         };
-        let Self { going, proceed, .. } = self;
-        refined(patch, cost, start, &self.goal, &mut self.budget, |layout| {
-            *going = *going && proceed(layout.energy, layout.cut.cost(&patch.lengths));
-            *going
-        })
+        refined(patch, cost, start, &self.goal, &mut self.budget, self.watch)
     }
 
     /// A part in two, and what the energy must be above the bound for that to be worth its seam.
     fn division(&mut self, part: &Part, patch: &Patch, layout: Layout) -> (Vec<Part>, f64) {
-        let free = without_regard_to_overlaps(patch, layout, &self.goal, &mut self.budget);
+        let free =
+            without_regard_to_overlaps(patch, layout, &self.goal, &mut self.budget, self.watch);
         let mut part = Part {
             mesh: part.mesh.clone(),
             vertices: part.vertices.clone(),
@@ -194,13 +192,14 @@ impl Component<'_> {
 
     /// The mean energy of charts together.
     fn energy(&self, charts: &[FlatChart]) -> f64 {
-        let area = |chart: &FlatChart| -> f64 {
-            let areas = chart.source.iter().map(|&t| self.areas[t as usize]);
-            areas.sum()
-        };
-        let total: f64 = charts.iter().map(area).sum();
-        let sum: f64 = charts.iter().map(|chart| area(chart) * chart.energy).sum();
-        sum / total
+        let all: Vec<(Distortion, f64, usize)> = charts
+            .iter()
+            .map(|chart| {
+                let areas = chart.source.iter().map(|&t| self.areas[t as usize]);
+                (chart.distortion, areas.sum(), chart.source.len())
+            })
+            .collect();
+        Distortion::together(&all).energy
     }
 }
 
@@ -249,7 +248,7 @@ fn chart(part: &Part, patch: &Patch, layout: &Layout) -> FlatChart {
             .collect(),
         triangles,
         source: part.triangles.clone(),
-        energy: layout.energy,
+        distortion: layout.distortion(),
     }
 }
 
@@ -266,7 +265,7 @@ fn lone_triangle(part: &Part, patch: &Patch) -> FlatChart {
         uvs: vec![[0.0; 2], side(a), side(b)],
         triangles: vec![[0, 1, 2]],
         source: part.triangles.clone(),
-        energy: 4.0,
+        distortion: Distortion::NONE,
     }
 }
 

@@ -1,6 +1,7 @@
 //! A patch cut open and laid out in the plane.
 
 use super::cut::Cut;
+use super::distortion::Distortion;
 use super::topology::{Opened, Topology};
 
 /// Where a patch is cut, and a coordinate for every vertex that this gives.
@@ -19,15 +20,6 @@ pub struct Layout {
     /// Mean absolute difference between angles on the surface and in the plane.
     pub conformality: f64,
 }
-
-/// The most area distortion and conformality that a good layout has whose mean energy is
-/// [`ORDINARY_EXCESS`] above that of an isometry.
-const ORDINARY_AREA: f64 = 1.12;
-const ORDINARY_ANGLE: f64 = 0.1;
-const ORDINARY_EXCESS: f64 = 0.1;
-
-/// What bounds of areas and angles never go below: rounding.
-const ROUNDING: f64 = 1e-3;
 
 impl Layout {
     /// Of a distortion that is not known yet.
@@ -53,13 +45,19 @@ impl Layout {
         Self::new(cut, opened, uv)
     }
 
+    /// How far it is from an isometry.
+    pub fn distortion(&self) -> Distortion {
+        Distortion {
+            energy: self.energy,
+            area: self.area_distortion,
+            conformality: self.conformality,
+        }
+    }
+
     /// Whether the distortion is within a bound: the energy, and the distortion of areas and
-    /// angles that goes with it. For small distortions the energy grows as their squares.
+    /// angles that goes with it.
     pub fn is_within(&self, bound: f64) -> bool {
-        let factor = ((bound - 4.0) / ORDINARY_EXCESS).max(0.0).sqrt();
-        self.energy <= bound
-            && self.area_distortion.ln() <= (factor * ORDINARY_AREA.ln()).max(ROUNDING)
-            && self.conformality <= (factor * ORDINARY_ANGLE).max(ROUNDING)
+        self.distortion().is_within(&Distortion::allowed(bound))
     }
 
     /// The same coordinates over another cut of the same patch: vertices that are split have

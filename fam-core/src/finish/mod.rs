@@ -7,6 +7,7 @@ mod component;
 mod creases;
 mod cut;
 mod diffusion;
+mod distortion;
 mod layout;
 mod marks;
 mod min_cut;
@@ -21,9 +22,11 @@ mod split;
 mod surface;
 mod tears;
 mod topology;
+mod watch;
 
 use serde::{Deserialize, Serialize};
 
+pub use distortion::{Distortion, Measure};
 pub use marks::Marks;
 pub use surface::{finish, finish_cloud};
 
@@ -121,7 +124,7 @@ pub struct FinishProgress {
     pub stage: Stage,
     /// Its mean symmetric Dirichlet energy so far; infinite before it is flat.
     pub energy: f64,
-    /// Length of its seams so far, over the square root of its area.
+    /// Length of its seams so far, over the square root of its area; 0 before it is flat.
     pub seam_length: f64,
 }
 
@@ -132,10 +135,20 @@ pub struct Finished {
     pub uvs: UvMap,
     /// Pieces that it lies in.
     pub charts: usize,
-    /// Its mean symmetric Dirichlet energy; infinite where a triangle has no area in the plane.
-    pub energy: f64,
+    /// Its mean distortion, each chart at its best scale; the energy is infinite if it has no
+    /// area.
+    pub distortion: Distortion,
+    /// The square root of its area, in input units (whose squares may be out of range).
+    pub root_area: f64,
     /// Length of its seams in input units.
     pub seam_length: f64,
+}
+
+impl Finished {
+    /// Length of its seams over the square root of its area; 0 if it has none.
+    pub fn relative_seam_length(&self) -> f64 {
+        ratio(self.seam_length, self.root_area)
+    }
 }
 
 /// A finished mesh.
@@ -145,6 +158,38 @@ pub struct FinishedAtlas {
     pub components: Vec<Finished>,
     /// Share of each UV square that charts cover.
     pub coverage: Vec<f64>,
+    /// Least number of texels between charts of each UV square: less than the margin that was
+    /// asked for where so many charts have no room for it.
+    pub margin: Vec<f64>,
+}
+
+impl FinishedAtlas {
+    /// Mean energy over the area of all components, each at its best scale.
+    pub fn energy(&self) -> f64 {
+        let total = self.root_area();
+        let share = |one: &Finished| ratio(one.root_area, total).powi(2);
+        self.components
+            .iter()
+            .filter(|one| one.root_area > 0.0)
+            .map(|one| share(one) * one.distortion.energy)
+            .sum()
+    }
+
+    /// Length of the seams inside of components, over the square root of the area of all.
+    pub fn relative_seam_length(&self) -> f64 {
+        let seams: f64 = self.components.iter().map(|one| one.seam_length).sum();
+        ratio(seams, self.root_area())
+    }
+
+    fn root_area(&self) -> f64 {
+        let roots = self.components.iter().map(|one| one.root_area);
+        roots.fold(0.0, f64::hypot)
+    }
+}
+
+/// A quotient that is 0 where there is nothing to divide by.
+fn ratio(part: f64, whole: f64) -> f64 {
+    if whole > 0.0 { part / whole } else { 0.0 }
 }
 
 /// A finished point cloud.
@@ -154,6 +199,8 @@ pub struct FinishedCloud {
     pub uvs: Vec<[f32; 2]>,
     /// Points that have no place in the surface that was found; they keep the raw map's UVs.
     pub unreached: usize,
+    /// The surface that was found; without components if none was.
+    pub atlas: FinishedAtlas,
 }
 
 #[cfg(test)]

@@ -3,7 +3,9 @@ use std::ops::ControlFlow;
 use super::cloud::Reconstruction;
 use super::cloud::places::places;
 use super::component::{FlatChart, flat_charts};
+use super::distortion::Distortion;
 use super::pack::{Chart, pack, to_f32};
+use super::watch::Watch;
 use super::{
     FinishConfig, FinishProgress, Finished, FinishedAtlas, FinishedCloud, Guidance, Marks, Stage,
     Unfinished,
@@ -16,42 +18,32 @@ use crate::surface::{Component, Components, TriangleMesh, UvMap};
 /// along it; so it counts for less there than distortion.
 const SHARE_OF_CLOUDS: f64 = 0.1;
 
-/// Finishes the raw map of a mesh. After `observe` breaks off, nothing is refined any more; the
-/// result is valid all the same.
+/// Finishes the raw map of a mesh. `observe` is called often, whether there is something new or
+/// not; after it breaks off, nothing is refined any more. The result is valid all the same.
 ///
 /// # Panics
 /// If the raw map does not fit the components.
 pub fn finish(
     config: &FinishConfig,
     unfinished: &Unfinished,
-    observe: &mut dyn FnMut(FinishProgress) -> ControlFlow<()>,
+    observe: &mut (dyn FnMut(FinishProgress) -> ControlFlow<()> + Send),
 ) -> FinishedAtlas {
     let Unfinished { guidance, .. } = *unfinished;
     let list = &unfinished.components.list;
     let meshes = at_one_scale(list);
-    let mut going = true;
-    let mut progress = |component: usize, stage: Stage, energy: f64, seam_length: f64| {
-        let now = FinishProgress {
-            component,
-            components: list.len(),
-            stage,
-            energy,
-            seam_length,
-        };
-        going = going && observe(now).is_continue();
-        going
-    };
+    let mut observe = observe;
+    let watch = Watch::new(list.len(), &mut observe);
     let charts: Vec<Vec<FlatChart>> = meshes
         .iter()
         .zip(unfinished.raw)
         .enumerate()
         .map(|(i, (mesh, raw))| {
             let marks = unfinished.marks.of_component(&list[i]);
-            let mut proceed = |energy, seam_length| progress(i, Stage::Refine, energy, seam_length);
-            flat_charts(config, mesh, raw, guidance, &marks, &mut proceed)
+            watch.enters(i, Stage::Refine);
+            flat_charts(config, mesh, raw, guidance, &marks, &watch)
         })
         .collect();
-    progress(list.len().saturating_sub(1), Stage::Pack, 0.0, 0.0);
+    watch.enters(list.len().saturating_sub(1), Stage::Pack);
     let square = |c: usize| {
         let square = unfinished.squares.get(list[c].label as usize);
         square.copied().unwrap_or(0)
@@ -65,8 +57,8 @@ pub fn finish(
         .iter()
         .map(|charts| charts.iter().map(unplaced).collect())
         .collect();
-    let mut coverage = vec![0.0; count];
-    for (number, coverage) in coverage.iter_mut().enumerate() {
+    let (mut coverage, mut margin) = (Vec::new(), Vec::new());
+    for number in 0..count {
         let members: Vec<([usize; 2], Chart)> = charts
             .iter()
             .enumerate()
@@ -76,7 +68,8 @@ pub fn finish(
             .collect();
         let own: Vec<Chart> = members.iter().map(|(_, chart)| *chart).collect();
         let packing = pack(&own, config.margin, config.resolution);
-        *coverage = packing.coverage;
+        coverage.push(packing.coverage);
+        margin.push(packing.margin);
         if let Ok(rounded) = to_f32(&own, &packing) {
             for (([c, k], _), placed) in members.iter().zip(rounded.uvs) {
                 uvs[*c][*k] = placed;
@@ -85,54 +78,52 @@ pub fn finish(
     }
     let finished = list
         .iter()
-        .zip(&meshes)
         .zip(charts)
         .zip(uvs)
-        .map(|(((component, scaled), charts), uvs)| finished(component, scaled, &charts, &uvs))
+        .map(|((component, charts), uvs)| finished(&component.mesh, &charts, &uvs))
         .collect();
     FinishedAtlas {
         components: finished,
         coverage,
+        margin,
     }
 }
 
 /// The meshes of components in a common unit in which the largest has an extent of 1, so that
 /// no square of a length overflows.
 fn at_one_scale(list: &[Component]) -> Vec<TriangleMesh> {
-    let low_and_high = |mesh: &TriangleMesh, axis: usize| {
-        let along = mesh.positions().iter().map(|p| p[axis]);
-        along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| {
-            (low.min(c), high.max(c))
-        })
+    let extents = list.iter().map(|c| half_extent(&c.mesh));
+    let unit = extents.fold(0.0, f64::max);
+    list.iter().map(|c| scaled(&c.mesh, unit)).collect()
+}
+
+/// A mesh near the origin, in a unit of twice the length given.
+fn scaled(mesh: &TriangleMesh, half_unit: f64) -> TriangleMesh {
+    let unit = if half_unit > 0.0 { half_unit } else { 1.0 };
+    let low = [0, 1, 2].map(|axis| low_and_high(mesh, axis).0);
+    let place = |p: &[f64; 3]| [0, 1, 2].map(|a| (0.5 * p[a] - 0.5 * low[a]) / unit);
+    let positions = mesh.positions().iter().map(place).collect();
+    TriangleMesh::new(positions, mesh.triangles().to_vec()).unwrap_or_else(|_| mesh.clone())
+}
+
+/// Half of the longest side of a mesh's bounding box.
+fn half_extent(mesh: &TriangleMesh) -> f64 {
+    let side = |axis| {
+        let (low, high) = low_and_high(mesh, axis);
+        0.5 * high - 0.5 * low
     };
-    let extent = |mesh: &TriangleMesh| {
-        let side = |axis| {
-            let (low, high) = low_and_high(mesh, axis);
-            0.5 * high - 0.5 * low
-        };
-        (0..3).map(side).fold(0.0, f64::max)
-    };
-    let unit = list.iter().map(|c| extent(&c.mesh)).fold(0.0, f64::max);
-    let unit = if unit > 0.0 { unit } else { 1.0 };
-    list.iter()
-        .map(|component| {
-            let mesh = &component.mesh;
-            let low = [0, 1, 2].map(|axis| low_and_high(mesh, axis).0);
-            let place = |p: &[f64; 3]| [0, 1, 2].map(|a| (0.5 * p[a] - 0.5 * low[a]) / unit);
-            let positions = mesh.positions().iter().map(place).collect();
-            TriangleMesh::new(positions, mesh.triangles().to_vec()).unwrap_or_else(|_| mesh.clone())
-        })
-        .collect()
+    (0..3).map(side).fold(0.0, f64::max)
+}
+
+fn low_and_high(mesh: &TriangleMesh, axis: usize) -> (f64, f64) {
+    let along = mesh.positions().iter().map(|p| p[axis]);
+    along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| {
+        (low.min(c), high.max(c))
+    })
 }
 
 /// A component put together from its charts; triangles of none lie at (0, 0).
-fn finished(
-    component: &Component,
-    scaled: &TriangleMesh,
-    charts: &[FlatChart],
-    placed: &[Vec<[f32; 2]>],
-) -> Finished {
-    let mesh = &component.mesh;
+fn finished(mesh: &TriangleMesh, charts: &[FlatChart], placed: &[Vec<[f32; 2]>]) -> Finished {
     let mut uvs = Vec::new();
     let mut triangles = vec![[0; 3]; mesh.triangles().len()];
     for (chart, placed) in charts.iter().zip(placed) {
@@ -145,18 +136,21 @@ fn finished(
     if uvs.is_empty() {
         uvs.push([0.0; 2]);
     }
-    let areas = scaled.triangle_areas();
-    let share = |chart: &FlatChart| chart.source.iter().map(|&t| areas[t as usize]).sum::<f64>();
-    let total: f64 = charts.iter().map(share).sum();
-    let sum: f64 = charts.iter().map(|chart| share(chart) * chart.energy).sum();
+    // In a unit of its own no square of a length is out of range.
+    let half_unit = half_extent(mesh);
+    let own = scaled(mesh, half_unit);
+    let in_input_units = |length: f64| 2.0 * (length * half_unit);
+    let areas = own.triangle_areas();
+    let area = |chart: &FlatChart| chart.source.iter().map(|&t| areas[t as usize]).sum::<f64>();
+    let distortions: Vec<(Distortion, f64, usize)> = charts
+        .iter()
+        .map(|chart| (chart.distortion, area(chart), chart.source.len()))
+        .collect();
     Finished {
-        seam_length: seam_length(mesh, &triangles),
         charts: charts.len(),
-        energy: if total > 0.0 {
-            sum / total
-        } else {
-            f64::INFINITY
-        },
+        distortion: Distortion::together(&distortions),
+        root_area: in_input_units(areas.iter().sum::<f64>().sqrt()),
+        seam_length: in_input_units(seam_length(&own, &triangles)),
         uvs: UvMap::new(uvs, triangles).unwrap_or_else(|_| flat(mesh)),
     }
 }
@@ -199,11 +193,16 @@ pub fn finish_cloud(
     config: &FinishConfig,
     points: &[[f64; 3]],
     raw: &[[f32; 2]],
-    observe: &mut dyn FnMut(FinishProgress) -> ControlFlow<()>,
+    observe: &mut (dyn FnMut(FinishProgress) -> ControlFlow<()> + Send),
 ) -> FinishedCloud {
     let left = || FinishedCloud {
         uvs: raw.to_vec(),
         unreached: points.len(),
+        atlas: FinishedAtlas {
+            components: Vec::new(),
+            coverage: Vec::new(),
+            margin: Vec::new(),
+        },
     };
     let Ok(reconstruction) = Reconstruction::of(points, raw) else {
         return left();
@@ -250,5 +249,6 @@ pub fn finish_cloud(
             .zip(raw)
             .map(|(uv, raw)| uv.unwrap_or(*raw))
             .collect(),
+        atlas,
     }
 }

@@ -29,7 +29,7 @@ pub fn evaluate(arguments: &args::Evaluate) -> Result<ExitCode, Failure> {
     let backend = Backend::choose(arguments.backend)?;
     let (files, failed) = files(arguments)?;
     check_folder(arguments.out.as_deref())?;
-    let stop = stop_on_interrupt()?;
+    let stop = stop_on_interrupt(arguments.quiet)?;
     let mut table = Table::new(circumstances(arguments, &config, &backend), reference);
     for (path, reason) in failed {
         let name = path.display().to_string();

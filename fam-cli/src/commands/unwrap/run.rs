@@ -52,7 +52,7 @@ impl Run {
             config_toml: config.to_toml()?,
             config,
             backend: Backend::choose(arguments.backend)?,
-            stop: stop_on_interrupt()?,
+            stop: stop_on_interrupt(arguments.quiet)?,
             arguments,
         })
     }
@@ -162,6 +162,9 @@ impl Run {
             config_toml: &self.config_toml,
             fingerprint: fingerprint.filter(|_| complete),
         })?;
+        for warning in report.warnings() {
+            eprintln!("warning: {input}: {warning}");
+        }
         if arguments.json {
             let summary = Summary {
                 state: if interrupted { "interrupted" } else { "done" },
@@ -182,9 +185,6 @@ impl Run {
                 .flatten()
             {
                 eprintln!("{line}");
-            }
-            for warning in report.warnings() {
-                eprintln!("warning: {warning}");
             }
             let (training, finishing) = (short(training), short(finishing));
             eprintln!(

@@ -36,7 +36,7 @@ struct Task<'a> {
     squares: &'a [u32],
     wanted: &'a [[u32; 2]],
     forbidden: &'a [[u32; 2]],
-    observe: &'a dyn Fn(FinishProgress) -> ControlFlow<()>,
+    observe: &'a (dyn Fn(FinishProgress) -> ControlFlow<()> + Sync),
 }
 
 impl Default for Task<'_> {
@@ -111,7 +111,7 @@ impl Outcome {
     /// The energy of the only component.
     fn energy(&self) -> f64 {
         assert_eq!(self.atlas.components.len(), 1);
-        self.atlas.components[0].energy
+        self.atlas.components[0].distortion.energy
     }
 
     /// The length of the seams of the only component.
@@ -196,9 +196,15 @@ impl Outcome {
     fn check_energy(&self) {
         for (component, finished) in self.components.list.iter().zip(&self.atlas.components) {
             let metrics = Metrics::measure(&component.mesh, &finished.uvs).unwrap();
-            let (found, told) = (metrics.symmetric_dirichlet, finished.energy);
+            let (found, told) = (metrics.symmetric_dirichlet, finished.distortion.energy);
             assert!((found / told - 1.0).abs() < 2e-4, "{found}, not {told}");
             assert_eq!(metrics.charts, finished.charts);
+            let (found, told) = (metrics.conformality, finished.distortion.conformality);
+            assert!((found - told).abs() < 1e-3, "{found}, not {told}");
+            if finished.charts == 1 {
+                let (found, told) = (metrics.area_distortion, finished.distortion.area);
+                assert!((found / told - 1.0).abs() < 1e-3, "{found}, not {told}");
+            }
         }
     }
 }

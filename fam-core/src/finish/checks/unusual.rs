@@ -1,6 +1,8 @@
 //! Input that no one hopes for.
 
 use std::ops::ControlFlow;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::super::{FinishConfig, Guidance, Stage};
 use super::{Task, moved, together};
@@ -110,6 +112,20 @@ fn any_unit_of_length_will_do() {
     }
     let outcome = of(1e150);
     assert!(outcome.energy() <= 4.1, "{}", outcome.energy());
+    // Where squares of lengths are out of range.
+    for power in [990.0_f64, -990.0] {
+        let huge = moved(&sphere(4), |p| p.map(|c| c * power.exp2()));
+        let outcome = Task::default().run_unchecked(&huge);
+        assert_eq!(outcome.seam_length(), one.seam_length() * power.exp2());
+        let [told, expected] = [&outcome, &one].map(|o| o.atlas.relative_seam_length());
+        assert_eq!(told, expected);
+        assert_eq!(outcome.atlas.energy(), one.atlas.energy());
+        let measured = outcome.metrics().seam_length;
+        assert!(
+            (measured / told - 1.0).abs() < 1e-3,
+            "{measured} and {told}"
+        );
+    }
     let far = moved(&sphere(4), |p| p.map(|c| c + 1e9));
     assert!(Task::default().run(&far).energy() <= 4.1);
     for size in [1e-2, 1e-4] {
@@ -131,7 +147,7 @@ fn a_speck_beside_a_world() {
         (metrics.flipped_triangles, metrics.overlapping_pairs),
         (0, 0)
     );
-    assert!(outcome.atlas.components[0].energy <= 4.1);
+    assert!(outcome.atlas.components[0].distortion.energy <= 4.1);
     let alone = Task::default().run(&moved(&sphere(3), |p| p.map(|c| c * 1e150)));
     assert!(outcome.atlas.coverage[0] > 0.5 * alone.atlas.coverage[0]);
 }
@@ -203,15 +219,12 @@ fn finishing_can_be_broken_off() {
         torus(1.0, 0.4, 20, 10),
         moebius_strip(0.4, 30, 4),
     ] {
-        let energies: Vec<f64> = [0, 1, 3]
+        let energies: Vec<f64> = [0, 1, 20, 100]
             .map(|rounds| {
-                let seen = std::cell::Cell::new(0);
-                let stop = |_| {
-                    seen.set(seen.get() + 1);
-                    match seen.get() > rounds {
-                        true => ControlFlow::Break(()),
-                        false => ControlFlow::Continue(()),
-                    }
+                let seen = AtomicUsize::new(0);
+                let stop = |_| match seen.fetch_add(1, Ordering::Relaxed) >= rounds {
+                    true => ControlFlow::Break(()),
+                    false => ControlFlow::Continue(()),
                 };
                 let task = Task {
                     observe: &stop,
@@ -220,7 +233,7 @@ fn finishing_can_be_broken_off() {
                 let outcome = task.run(&mesh);
                 outcome.check_energy();
                 assert_eq!(outcome.charts(), 1);
-                assert!(seen.get() <= rounds + 1, "asked again after the end");
+                assert!(seen.into_inner() <= rounds + 1, "asked again after the end");
                 outcome.energy()
             })
             .to_vec();
@@ -231,16 +244,16 @@ fn finishing_can_be_broken_off() {
 #[test]
 fn progress_is_told() {
     let mesh = together(&[sphere(3), moved(&cube(3), |p| p.map(|c| c + 4.0))]);
-    let seen = std::cell::RefCell::new(Vec::new());
+    let seen = Mutex::new(Vec::new());
     let task = Task {
         observe: &|progress| {
-            seen.borrow_mut().push(progress);
+            seen.lock().unwrap().push(progress);
             ControlFlow::Continue(())
         },
         ..Task::default()
     };
     task.run(&mesh);
-    let seen = seen.into_inner();
+    let seen = seen.into_inner().unwrap();
     assert!(seen.iter().all(|p| p.components == 2 && p.component < 2));
     assert!(seen.windows(2).all(|p| p[0].component <= p[1].component));
     assert_eq!(seen.last().map(|p| p.stage), Some(Stage::Pack));

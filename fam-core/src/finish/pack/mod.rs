@@ -97,6 +97,8 @@ pub struct Packing {
     pub placements: Vec<Placement>,
     /// Share of the square that the charts' triangles cover.
     pub coverage: f64,
+    /// The margin that was kept, in texels.
+    pub margin: f64,
 }
 
 /// Packs charts into the unit square, all at the largest scale found at which they fit.
@@ -114,7 +116,9 @@ pub fn pack(charts: &[Chart<'_>], margin: f64, resolution: u32) -> Packing {
     let unit = unit(charts);
     let pieces: Vec<Piece> = charts.iter().map(|chart| Piece::new(chart, unit)).collect();
     let per_row = (pieces.len() as f64).sqrt().ceil().max(1.0);
-    let margin = (margin.max(0.0) / f64::from(resolution.max(1))).min(0.5 / per_row);
+    let resolution = f64::from(resolution.max(1));
+    let kept = margin.max(0.0).min(0.5 / per_row * resolution);
+    let margin = kept / resolution;
     let border = (0.5 * margin).max(LEAST_BORDER);
     let (scale, spots) = match &pieces[..] {
         [piece] => alone(piece, border),
@@ -134,6 +138,7 @@ pub fn pack(charts: &[Chart<'_>], margin: f64, resolution: u32) -> Packing {
     Packing {
         placements,
         coverage: area * scale * scale,
+        margin: kept,
     }
 }
 

@@ -135,6 +135,7 @@ fn charts_keep_their_margin_their_orientation_and_one_scale() {
                 }
             }
         }
+        assert_eq!(packing.margin, margin);
         assert!((packing.coverage - area).abs() < 1e-9);
         assert!(packing.coverage > 0.35, "{}", packing.coverage);
     }
@@ -221,6 +222,16 @@ fn extreme_sizes_and_margins_have_a_place() {
             }
         }
     }
+}
+
+#[test]
+fn a_margin_that_has_no_room_is_reduced_and_told() {
+    let flats = mixture(90, 3);
+    let (packing, places) = packed(&flats, 16.0, 128);
+    assert_eq!(packing.margin, 6.4);
+    let border = 0.5 * 6.4 / 128.0 * (1.0 - 1e-9);
+    let mut inside = places.iter().flatten().flatten();
+    assert!(inside.all(|c| (border..=1.0 - border).contains(c)));
 }
 
 #[test]

@@ -21,6 +21,7 @@ use super::cut::straighten::straighten;
 use super::layout::Layout;
 use super::patch::Patch;
 use super::solve::SolveError;
+use super::watch::Watch;
 use grow::Growth;
 use problem::{Effort, Problem};
 use shorten::shortened;
@@ -90,7 +91,7 @@ pub enum Start<'a> {
 /// cut along every half-edge while it is looked for; the seams that are found are straightened
 /// by their length and by creases. Forbidden edges of the patch are cut where there is no other way.
 /// `budget` is how many Newton steps there may be, each times the triangles it is over;
-/// what is used up is taken off. `proceed` sees layouts on the way; after it says no, what
+/// what is used up is taken off. `watch` sees what is reached on the way; after it says no, what
 /// there is is brought to a valid end.
 ///
 /// # Errors
@@ -101,10 +102,11 @@ pub fn refined(
     start: Start,
     goal: &Goal,
     budget: &mut u64,
-    mut proceed: impl FnMut(&Layout) -> bool,
+    watch: &Watch,
 ) -> Result<Layout, SolveError> {
-    let mut problem = Problem::new(patch, patch.without_forbidden(cost));
-    let result = found(&mut problem, &start, goal, *budget, &mut proceed);
+    let goes_on = || watch.goes_on();
+    let mut problem = Problem::new(patch, patch.without_forbidden(cost), &goes_on);
+    let result = found(&mut problem, &start, goal, *budget, watch);
     *budget = budget.saturating_sub(problem.work());
     result
 }
@@ -115,11 +117,14 @@ pub fn without_regard_to_overlaps(
     mut layout: Layout,
     goal: &Goal,
     budget: &mut u64,
+    watch: &Watch,
 ) -> Layout {
-    let problem = Problem::new(patch, patch.without_forbidden(crease_costs(patch)));
+    let goes_on = || watch.goes_on();
+    let cost = patch.without_forbidden(crease_costs(patch));
+    let problem = Problem::new(patch, cost, &goes_on);
     let _ = problem.relax(&mut layout, LAST);
     let limit = *budget;
-    let mut proceed = |problem: &Problem, _: &Layout| problem.work() < limit;
+    let mut proceed = |problem: &Problem, _: &Layout| problem.goes_on() && problem.work() < limit;
     layout = grown(&problem, &Growth::new(&problem), layout, goal, &mut proceed);
     *budget = budget.saturating_sub(problem.work());
     layout
@@ -130,15 +135,14 @@ fn found(
     start: &Start,
     goal: &Goal,
     budget: u64,
-    proceed: &mut dyn FnMut(&Layout) -> bool,
+    watch: &Watch,
 ) -> Result<Layout, SolveError> {
     let patch = problem.patch;
     let growth = Growth::new(problem);
-    let going = Cell::new(true);
     let limit = Cell::new((SHARE_OF_SEARCH * budget as f64) as u64);
     let mut proceed = |problem: &Problem, layout: &Layout| {
-        going.set(going.get() && proceed(layout));
-        going.get() && problem.work() < limit.get()
+        watch.reaches(layout.energy, layout.cut.cost(&patch.lengths))
+            && problem.work() < limit.get()
     };
     let (mut cut, mut given) = match start {
         Start::Layout(corners) => {
@@ -169,10 +173,10 @@ fn found(
             },
         };
         let mut layout = grown(problem, &growth, layout, goal, &mut proceed);
-        if going.get() {
+        if watch.goes_on() {
             let _ = problem.relax(&mut layout, LAST);
         }
-        if going.get() && layout.is_within(goal.bound) {
+        if watch.goes_on() && layout.is_within(goal.bound) {
             let mut proceed = |layout: &Layout| proceed(problem, layout);
             layout = shortened(problem, layout, goal.bound, &mut proceed);
         }
@@ -185,7 +189,7 @@ fn found(
         }
         let settled = cut.is_empty() || gain.is_some_and(|gain| gain < LEAST_GAIN);
         let spent = problem.work() as f64 > SHARE_OF_STEPS * budget as f64;
-        if settled || spent || !going.get() {
+        if settled || spent || !watch.goes_on() {
             break;
         }
     }

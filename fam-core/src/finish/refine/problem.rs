@@ -17,6 +17,10 @@ use crate::surface::vector::{cross, dot, length, sub};
 /// Thinner triangles than this share of their longest edge count as this thick.
 const THINNEST: f64 = 0.01;
 
+/// Newton steps that a first layout gets when nothing else goes on: an embedding of Tutte's alone
+/// is valid, but of no use.
+const LEAST_STEPS: usize = 10;
+
 /// How far to solve.
 #[derive(Clone, Copy)]
 pub struct Effort {
@@ -35,10 +39,11 @@ pub struct Problem<'a> {
     pub injective: bool,
     rest: RestShapes,
     work: AtomicU64,
+    goes_on: &'a (dyn Fn() -> bool + Sync),
 }
 
 impl<'a> Problem<'a> {
-    pub fn new(patch: &'a Patch, cost: Vec<f64>) -> Self {
+    pub fn new(patch: &'a Patch, cost: Vec<f64>, goes_on: &'a (dyn Fn() -> bool + Sync)) -> Self {
         let corners: Vec<[[f64; 3]; 3]> = patch
             .topology
             .triangles()
@@ -51,12 +56,18 @@ impl<'a> Problem<'a> {
             injective: false,
             rest: RestShapes::new(&corners, Some(1.0)),
             work: AtomicU64::new(0),
+            goes_on,
         }
     }
 
     /// Newton steps so far, each times the triangles it was over.
     pub fn work(&self) -> u64 {
         self.work.load(Ordering::Relaxed)
+    }
+
+    /// Whether to look for something better still.
+    pub fn goes_on(&self) -> bool {
+        (self.goes_on)()
     }
 
     /// How long the cut of a layout is.
@@ -96,7 +107,7 @@ impl<'a> Problem<'a> {
         let mut uv = tutte::embed(&opened.topology, &self.rest)?;
         even_out(opened.topology.triangles(), &self.rest, &mut uv);
         let mut layout = Layout::new(cut, opened, uv);
-        self.relax(&mut layout, effort)?;
+        self.solve(&mut layout, effort, LEAST_STEPS)?;
         Ok(layout)
     }
 
@@ -109,8 +120,9 @@ impl<'a> Problem<'a> {
                     *u = -*u;
                 }
             }
-            let valid = self.is_valid(&layout) && self.relax(&mut layout, effort).is_ok();
-            valid.then_some(layout)
+            let valid = self.is_valid(&layout);
+            let solved = valid && self.solve(&mut layout, effort, LEAST_STEPS).is_ok();
+            solved.then_some(layout)
         })
     }
 
@@ -122,6 +134,9 @@ impl<'a> Problem<'a> {
 
     /// A layout cut further along half-edges, opened there, and relaxed.
     pub fn extended(&self, layout: &Layout, path: &[u32], effort: Effort) -> Option<Layout> {
+        if !self.goes_on() {
+            return None;
+        }
         let mut cut = layout.cut.clone();
         cut.add(&self.patch.topology, path);
         let mut layout = self.recut(layout, cut);
@@ -136,12 +151,19 @@ impl<'a> Problem<'a> {
 
     /// Decreases the energy of a layout.
     pub fn relax(&self, layout: &mut Layout, effort: Effort) -> Result<(), SolveError> {
+        self.solve(layout, effort, 0)
+    }
+
+    /// Decreases the energy of a layout, with a least number of steps even if it is not to go on.
+    fn solve(&self, layout: &mut Layout, effort: Effort, least: usize) -> Result<(), SolveError> {
         let triangles = layout.opened.topology.triangles();
         let mut flattening = Flattening::new(triangles, self.rest.clone(), &[])?;
         let boundary = self.injective.then(|| self.boundary(layout));
         let stop = Stop {
             iterations: effort.iterations,
             relative_decrease: effort.decrease,
+            least,
+            goes_on: self.goes_on,
         };
         let solved = flattening.minimize(&mut layout.uv, boundary.as_ref(), &stop)?;
         self.count(solved.iterations, triangles.len());
@@ -175,6 +197,8 @@ impl<'a> Problem<'a> {
         let stop = Stop {
             iterations: effort.iterations,
             relative_decrease: effort.decrease,
+            least: 0,
+            goes_on: self.goes_on,
         };
         let solved = flattening.minimize(&mut layout.uv, boundary.as_ref(), &stop)?;
         self.count(solved.iterations, triangles.len());

@@ -206,6 +206,9 @@ fn tip<'a>(problem: &Problem, branch: &'a Branch, wanted: f64) -> &'a [u32] {
 /// A layout whose cut ends before `tip`, relaxed around it; its energy is that much higher. None
 /// if the surface has a handle then, or if its sides cannot be joined.
 fn closed(problem: &Problem, layout: &Layout, tip: &[u32]) -> Option<Layout> {
+    if !problem.goes_on() {
+        return None;
+    }
     let patch = problem.patch;
     let mut cut = layout.cut.clone();
     cut.remove(&patch.topology, tip);

@@ -27,12 +27,16 @@ const MOST_OF_STEP: f64 = 0.8;
 const SHORTENINGS: usize = 100;
 
 /// When to stop.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Stop {
+#[derive(Clone)]
+pub(crate) struct Stop<'a> {
     /// Most Newton steps.
     pub(crate) iterations: usize,
     /// The share of the energy below which a step that is to decrease it less is not taken.
     pub(crate) relative_decrease: f64,
+    /// Steps that are taken whether to go on or not.
+    pub(crate) least: usize,
+    /// Asked before every other step.
+    pub(crate) goes_on: &'a (dyn Fn() -> bool + Sync),
 }
 
 /// Why the solver stopped.
@@ -40,7 +44,7 @@ pub(crate) struct Stop {
 pub(crate) enum Outcome {
     /// The energy does not decrease any more.
     Converged,
-    /// All steps were taken.
+    /// All steps were taken, or there are to be no more.
     OutOfIterations,
     /// No step in the direction of descent was possible.
     Stuck,
@@ -138,7 +142,8 @@ impl Flattening {
         let mut value = self.value(uv, boundary);
         let mut iterations = 0;
         let outcome = loop {
-            if iterations == stop.iterations {
+            let halted = iterations >= stop.least && !(stop.goes_on)();
+            if iterations == stop.iterations || halted {
                 break Outcome::OutOfIterations;
             }
             let (direction, slope) = self.direction(uv, boundary, &value.pairs)?;

@@ -1,3 +1,5 @@
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use super::boundary::{Boundary, open_slits};
 use super::newton::{Flattening, Outcome, Solved, Stop};
 use super::rest::RestShapes;
@@ -79,6 +81,8 @@ fn bent_point(bend: &impl Fn(f64, f64) -> [f64; 3], x: f64, y: f64) -> [f64; 3] 
 const STOP: Stop = Stop {
     iterations: 100,
     relative_decrease: 1e-10,
+    least: 0,
+    goes_on: &|| true,
 };
 
 fn cap(cells: u32) -> Chart {
@@ -126,6 +130,38 @@ fn a_cylinder_without_a_cut_becomes_an_annulus() {
     assert_eq!(chart.topology.boundary_loops().len(), 2);
     let (_, solved) = chart.flatten();
     assert!((4.0..4.2).contains(&solved.energy), "{solved:?}");
+}
+
+#[test]
+fn no_step_is_taken_once_there_are_to_be_no_more() {
+    let chart = cap(6);
+    let rest = chart.rest();
+    let mut uv = tutte::embed(&chart.topology, &rest).unwrap();
+    let asked = AtomicUsize::new(0);
+    let two = Stop {
+        goes_on: &|| asked.fetch_add(1, Ordering::Relaxed) < 2,
+        ..STOP
+    };
+    let mut flattening = chart.flattening(&rest);
+    let solved = flattening.minimize(&mut uv, None, &two).unwrap();
+    assert_eq!(
+        (solved.iterations, solved.outcome),
+        (2, Outcome::OutOfIterations)
+    );
+    assert_eq!(solved.energy, flattening.mean_energy(&uv));
+    let three = Stop {
+        least: 3,
+        goes_on: &|| false,
+        ..STOP
+    };
+    let mut uv = tutte::embed(&chart.topology, &rest).unwrap();
+    assert_eq!(
+        flattening
+            .minimize(&mut uv, None, &three)
+            .unwrap()
+            .iterations,
+        3
+    );
 }
 
 #[test]

@@ -1,0 +1,147 @@
+//! How far a layout is from an isometry, and how far it may be.
+
+use std::fmt;
+
+/// The most area distortion and conformality that a good layout has whose mean energy is
+/// [`ORDINARY_EXCESS`] above that of an isometry.
+const ORDINARY_AREA: f64 = 1.12;
+const ORDINARY_ANGLE: f64 = 0.1;
+const ORDINARY_EXCESS: f64 = 0.1;
+
+/// What bounds of areas and angles never go below: rounding.
+const ROUNDING: f64 = 1e-3;
+
+/// The distortion of a layout.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Distortion {
+    /// Mean symmetric Dirichlet energy at the best scale.
+    pub energy: f64,
+    /// `exp` of the mean absolute logarithm of the areas' ratio.
+    pub area: f64,
+    /// Mean absolute difference between angles on the surface and in the plane.
+    pub conformality: f64,
+}
+
+/// What is measured of a distortion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Measure {
+    /// The energy.
+    Energy,
+    /// The distortion of areas.
+    Area,
+    /// The distortion of angles.
+    Conformality,
+}
+
+impl Measure {
+    /// All of them, the one that the bound is of first.
+    pub const ALL: [Self; 3] = [Self::Energy, Self::Area, Self::Conformality];
+}
+
+impl fmt::Display for Measure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Energy => "energy",
+            Self::Area => "area distortion",
+            Self::Conformality => "conformality",
+        })
+    }
+}
+
+impl Distortion {
+    /// That of an isometry.
+    pub const NONE: Self = Self {
+        energy: 4.0,
+        area: 1.0,
+        conformality: 0.0,
+    };
+
+    /// The most of each measure that a bound on the energy allows: for small distortions the
+    /// energy grows as the squares of the others.
+    pub fn allowed(bound: f64) -> Self {
+        let factor = ((bound - 4.0) / ORDINARY_EXCESS).max(0.0).sqrt();
+        Self {
+            energy: bound,
+            area: (factor * ORDINARY_AREA.ln()).max(ROUNDING).exp(),
+            conformality: (factor * ORDINARY_ANGLE).max(ROUNDING),
+        }
+    }
+
+    /// One of its measures.
+    pub fn of(&self, measure: Measure) -> f64 {
+        match measure {
+            Measure::Energy => self.energy,
+            Measure::Area => self.area,
+            Measure::Conformality => self.conformality,
+        }
+    }
+
+    /// Whether none of its measures is above that of `allowed`.
+    pub fn is_within(&self, allowed: &Self) -> bool {
+        Measure::ALL
+            .iter()
+            .all(|&measure| self.of(measure) <= allowed.of(measure))
+    }
+
+    /// That of several layouts together, each with its area and its number of triangles.
+    pub(super) fn together(all: &[(Self, f64, usize)]) -> Self {
+        let area: f64 = all.iter().map(|(_, area, _)| area).sum();
+        let triangles: usize = all.iter().map(|(_, _, triangles)| triangles).sum();
+        let over_area = |value: fn(&Self) -> f64| {
+            let sum = all
+                .iter()
+                .map(|(one, area, _)| area * value(one))
+                .sum::<f64>();
+            if area > 0.0 {
+                sum / area
+            } else {
+                f64::INFINITY
+            }
+        };
+        let angles = all.iter().map(|(one, _, n)| *n as f64 * one.conformality);
+        Self {
+            energy: over_area(|one| one.energy),
+            area: over_area(|one| one.area.ln()).exp(),
+            conformality: angles.sum::<f64>() / triangles.max(1) as f64,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_of_areas_and_angles_go_with_the_bound() {
+        let near = |a: f64, b: f64| (a - b).abs() < 1e-9;
+        let usual = Distortion::allowed(4.1);
+        assert!(near(usual.area, 1.12) && near(usual.conformality, 0.1));
+        let tight = Distortion::allowed(4.025);
+        assert!(near(tight.area, 1.12_f64.sqrt()) && near(tight.conformality, 0.05));
+        assert!(Distortion::NONE.is_within(&Distortion::allowed(4.0)));
+        assert!(usual.is_within(&usual) && !usual.is_within(&tight));
+        for measure in Measure::ALL {
+            let mut above = Distortion::NONE;
+            match measure {
+                Measure::Energy => above.energy = 4.2,
+                Measure::Area => above.area = 1.13,
+                Measure::Conformality => above.conformality = 0.11,
+            }
+            assert!(!above.is_within(&usual), "{measure}");
+        }
+    }
+
+    #[test]
+    fn several_layouts_count_by_their_size() {
+        let bad = Distortion {
+            energy: 8.0,
+            area: 2.0,
+            conformality: 1.0,
+        };
+        let both = Distortion::together(&[(Distortion::NONE, 3.0, 1), (bad, 1.0, 3)]);
+        assert_eq!((both.energy, both.conformality), (5.0, 0.75));
+        assert!((both.area - 2.0_f64.powf(0.25)).abs() < 1e-12);
+        // A flat speck is told from a good layout.
+        assert_eq!(Distortion::together(&[(bad, 0.0, 1)]).energy, f64::INFINITY);
+    }
+}
