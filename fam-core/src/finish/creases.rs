@@ -13,7 +13,7 @@ const DISCOUNT: f64 = 0.1;
 /// The square of the angle that a corner has at least, in multiples of what the bound is above 4.
 /// At a bound of 4.01 the corners of a cube, of a quarter turn, count as such; at 4.1 it is
 /// cheaper to smooth them over.
-const LEAST_CORNER: f64 = 50.0;
+const LEAST_CORNER: f64 = 100.0;
 
 /// For every half-edge what a cut along it costs: its length, or somewhat less on a crease.
 pub fn crease_costs(patch: &Patch) -> Vec<f64> {
