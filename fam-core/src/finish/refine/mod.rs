@@ -155,14 +155,15 @@ fn found(
         }
         Start::Nothing | Start::Map(_) => {
             let rough = searched(problem, &growth, start, goal, &mut proceed)?;
+            problem.injective = true;
+            if !watch.goes_on() && problem.is_valid(&rough) {
+                return Ok(rough);
+            }
             (rough.cut, None)
         }
     };
     problem.injective = true;
     limit.set(budget);
-    if !watch.goes_on() && problem.is_valid(&rough) {
-        return Ok(rough);
-    }
     // Tears say where to cut; how, their noise says badly.
     problem.cost = patch.without_forbidden(crease_costs(patch));
     let mut best: Option<Layout> = None;
