@@ -78,8 +78,8 @@ pub fn flat_charts(
             .map(|&v| own[v as usize].map(f64::from))
             .collect();
         let map = (guidance == Guidance::Tears).then_some(map.as_slice());
-        let layout = refined(&patch, cost, map, &goal, &mut budget, |layout| {
-            going = going && proceed(layout.energy, layout.cut.cost(&patch.lengths));
+        let layout = refined(&patch, cost, map, &goal, &mut budget, |energy, seam| {
+            going = going && proceed(energy, seam);
             going
         });
         let several = part.triangles.len() > 1;

@@ -41,6 +41,13 @@ impl Layout {
 }
 
 impl Layout {
+    /// The lowest bound that the distortion is within, without what is owed to rounding.
+    pub fn least_bound(&self) -> f64 {
+        let areas = (self.area_distortion.ln() / ORDINARY_AREA.ln()).powi(2);
+        let angles = (self.conformality / ORDINARY_ANGLE).powi(2);
+        (4.0 + ORDINARY_EXCESS * areas.max(angles)).max(self.energy)
+    }
+
     /// The same coordinates over another cut of the same patch: vertices that are split have
     /// theirs twice, those that become one have the mean of theirs.
     pub fn recut(&self, cut: Cut, opened: Opened) -> Self {

@@ -6,6 +6,7 @@
 //! overlaps, grown where it still has to, and shortened where it need not be. The result is
 //! straightened and gone over again as long as it gets shorter.
 
+mod coarse;
 mod grow;
 mod problem;
 mod shorten;
@@ -19,6 +20,7 @@ use super::cut::straighten::straighten;
 use super::layout::Layout;
 use super::patch::Patch;
 use super::solve::SolveError;
+use super::topology::Topology;
 use grow::Growth;
 use problem::{Effort, Problem};
 use shorten::shortened;
@@ -76,7 +78,7 @@ impl Goal {
 /// cut along every half-edge while it is looked for; the seams that are found are straightened
 /// by their length. `map` has a coordinate for every vertex of the patch, to start from if it is
 /// valid. `budget` is how many Newton steps there may be, each times the triangles it is over;
-/// what is used up is taken off. `proceed` sees layouts on the way; after it says no, what
+/// what is used up is taken off. `proceed` sees energy and length of cut on the way; after it says no, what
 /// there is is brought to a valid end.
 ///
 /// # Errors
@@ -87,10 +89,10 @@ pub fn refined(
     map: Option<&[[f64; 2]]>,
     goal: &Goal,
     budget: &mut u64,
-    mut proceed: impl FnMut(&Layout) -> bool,
+    mut proceed: impl FnMut(f64, f64) -> bool,
 ) -> Result<Layout, SolveError> {
     let mut problem = Problem::new(patch, cost);
-    let result = found(&mut problem, map, goal, *budget, &mut proceed);
+    let result = coarse::found(&mut problem, map, goal, *budget, &mut proceed);
     *budget = budget.saturating_sub(problem.work());
     result
 }
@@ -100,14 +102,14 @@ fn found(
     map: Option<&[[f64; 2]]>,
     goal: &Goal,
     budget: u64,
-    proceed: &mut dyn FnMut(&Layout) -> bool,
+    proceed: &mut dyn FnMut(f64, f64) -> bool,
 ) -> Result<Layout, SolveError> {
     let patch = problem.patch;
     let growth = Growth::new(problem);
     let going = Cell::new(true);
     let limit = Cell::new((SHARE_OF_SEARCH * budget as f64) as u64);
     let mut proceed = |problem: &Problem, layout: &Layout| {
-        going.set(going.get() && proceed(layout));
+        going.set(going.get() && proceed(layout.energy, layout.cut.cost(&patch.lengths)));
         going.get() && problem.work() < limit.get()
     };
     let rough = searched(problem, &growth, map, goal, &mut proceed)?;
@@ -118,20 +120,13 @@ fn found(
     let mut best: Option<Layout> = None;
     let mut cut = rough.cut;
     for _ in 0..CYCLES {
-        let straight = straightened(problem, &cut);
+        let straight = straightened(&patch.topology, &problem.cost, &cut);
         let layout = match problem.flattened(straight, START) {
             Ok(layout) => layout,
             Err(_) if best.is_some() => break,
             Err(_) => problem.flattened(cut.clone(), START)?,
         };
-        let mut layout = grown(problem, &growth, layout, goal, &mut proceed);
-        if going.get() {
-            let _ = problem.relax(&mut layout, LAST);
-        }
-        if going.get() && layout.is_within(goal.bound) {
-            let mut proceed = |layout: &Layout| proceed(problem, layout);
-            layout = shortened(problem, layout, goal.bound, &mut proceed);
-        }
+        let layout = completed(problem, &growth, layout, goal, &going, &mut proceed);
         let gain = best
             .as_ref()
             .map(|best| gain(problem, best, &layout, goal.bound));
@@ -197,13 +192,33 @@ fn grown(
     layout
 }
 
+/// A layout grown until it is within the bound, and shortened as long as it stays so.
+fn completed(
+    problem: &Problem,
+    growth: &Growth,
+    layout: Layout,
+    goal: &Goal,
+    going: &Cell<bool>,
+    proceed: &mut impl FnMut(&Problem, &Layout) -> bool,
+) -> Layout {
+    let mut layout = grown(problem, growth, layout, goal, proceed);
+    if going.get() {
+        let _ = problem.relax(&mut layout, LAST);
+    }
+    if going.get() && layout.is_within(goal.bound) {
+        layout = shortened(problem, layout, goal.bound, |layout| {
+            proceed(problem, layout)
+        });
+    }
+    layout
+}
+
 /// The cut made shorter without moving its ends.
-fn straightened(problem: &Problem, cut: &Cut) -> Cut {
-    let topology = &problem.patch.topology;
+fn straightened(topology: &Topology, cost: &[f64], cut: &Cut) -> Cut {
     let tips: Vec<u32> = branches(topology, cut, |_| false)
         .iter()
         .filter(|branch| branch.kind == BranchKind::Slit)
         .flat_map(|slit| [slit.root(topology), slit.tip(topology)])
         .collect();
-    straighten(topology, &problem.cost, cut, &tips)
+    straighten(topology, cost, cut, &tips)
 }

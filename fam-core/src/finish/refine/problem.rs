@@ -3,6 +3,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::super::cut::Cut;
 use super::super::layout::Layout;
 use super::super::patch::Patch;
+use super::super::simplify::Simplification;
 use super::super::solve::SolveError;
 use super::super::solve::boundary::{Boundary, open_slits};
 use super::super::solve::energy::energy_of;
@@ -11,11 +12,23 @@ use super::super::solve::orientation::first_flipped;
 use super::super::solve::rest::RestShapes;
 use super::super::solve::stretch::even_out;
 use super::super::solve::tutte;
-use super::super::topology::{next, previous};
+use super::super::topology::{Opened, next, previous};
 use crate::surface::vector::{cross, dot, length, sub};
 
 /// Thinner triangles than this share of their longest edge count as this thick.
 const THINNEST: f64 = 0.01;
+
+/// Cut patches of at least this many triangles are flattened with `FEW` triangles first, then
+/// with `FINER` times as many at a time.
+const LARGE: usize = 6_000;
+const FEW: usize = 2_500;
+const FINER: usize = 4;
+
+/// The solve with an intermediate number of triangles.
+const LEVEL: Effort = Effort {
+    iterations: 15,
+    decrease: 1e-3,
+};
 
 /// How far to solve.
 #[derive(Clone, Copy)]
@@ -81,11 +94,14 @@ impl<'a> Problem<'a> {
             && (!self.injective || self.boundary(layout).is_simple(&layout.uv))
     }
 
-    /// The patch cut open and flattened from Tutte's embedding.
+    /// The patch cut open and flattened, from Tutte's embedding of it or, if it is large, of a
+    /// simpler one.
     pub fn flattened(&self, cut: Cut, effort: Effort) -> Result<Layout, SolveError> {
         let opened = cut.open(&self.patch.topology);
-        let mut uv = tutte::embed(&opened.topology, &self.rest)?;
-        even_out(opened.topology.triangles(), &self.rest, &mut uv);
+        let uv = match self.from_simpler(&opened, effort) {
+            Some(uv) => uv,
+            None => self.embedded(&opened)?,
+        };
         let mut layout = Layout {
             uv,
             cut,
@@ -96,6 +112,54 @@ impl<'a> Problem<'a> {
         };
         self.relax(&mut layout, effort)?;
         Ok(layout)
+    }
+
+    fn embedded(&self, opened: &Opened) -> Result<Vec<[f64; 2]>, SolveError> {
+        let mut uv = tutte::embed(&opened.topology, &self.rest)?;
+        even_out(opened.topology.triangles(), &self.rest, &mut uv);
+        Ok(uv)
+    }
+
+    /// A layout of a cut patch that is flattened with few triangles first, then with more and
+    /// more. `None` if it has few, or that leads to no valid layout.
+    fn from_simpler(&self, opened: &Opened, effort: Effort) -> Option<Vec<[f64; 2]>> {
+        let topology = &opened.topology;
+        let count = topology.triangles().len();
+        if count < LARGE {
+            return None;
+        }
+        let at = |&v: &u32| self.patch.positions[v as usize];
+        let positions: Vec<[f64; 3]> = opened.source.iter().map(at).collect();
+        let mut simpler = Simplification::new(topology, &positions, FEW);
+        let mut uv = vec![[0.0; 2]; topology.vertices()];
+        let mut first = true;
+        while simpler.triangles() < count {
+            let patch = simpler.simplified(self.patch.scale).patch;
+            let mut problem = Problem::new(&patch, patch.lengths.clone());
+            problem.injective = self.injective;
+            let whole = Cut::none(&patch.topology);
+            let layout = if first {
+                problem.flattened(whole, effort).ok()?
+            } else {
+                let map: Vec<[f64; 2]> = patch.source.iter().map(|&v| uv[v as usize]).collect();
+                problem.taken_from(&map, &whole, LEVEL)?
+            };
+            first = false;
+            self.work.fetch_add(problem.work(), Ordering::Relaxed);
+            for (q, &v) in layout.uv.iter().zip(&layout.opened.source) {
+                uv[patch.source[v as usize] as usize] = *q;
+            }
+            let left = simpler.triangles();
+            let most = if 2 * FINER * left > count {
+                count
+            } else {
+                FINER * left
+            };
+            simpler.refine(most, &mut uv)?;
+        }
+        first_flipped(topology.triangles(), &uv)
+            .is_none()
+            .then_some(uv)
     }
 
     /// The patch cut open where a map has it, if that is valid there or in the mirror. `map` has

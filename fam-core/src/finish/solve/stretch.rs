@@ -11,9 +11,10 @@ use super::rest::RestShapes;
 /// singular, or where a triangle would flip by rounding.
 pub(crate) fn even_out(triangles: &[[u32; 3]], rest: &RestShapes, uv: &mut [[f64; 2]]) {
     let (mut a, mut b, mut d) = (0.0, 0.0, 0.0);
+    let total = rest.total_area();
     for (t, corners) in triangles.iter().enumerate() {
         let [u, v] = jacobian(rest, t, corners.map(|v| uv[v as usize]));
-        let area = rest.area(t) / rest.total_area();
+        let area = rest.area(t) / total;
         a += area * (u[0] * u[0] + u[1] * u[1]);
         b += area * (u[0] * v[0] + u[1] * v[1]);
         d += area * (v[0] * v[0] + v[1] * v[1]);
