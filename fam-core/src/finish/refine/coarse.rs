@@ -1,29 +1,36 @@
 //! Large patches: where to cut is found on a simpler surface.
 
 use std::cell::Cell;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::super::cut::Cut;
 use super::super::cut::paths::distances;
 use super::super::layout::Layout;
-use super::super::simplify::Simplification;
+use super::super::patch::Patch;
+use super::super::simplify::{Simplification, Simplified};
 use super::super::solve::SolveError;
 use super::grow::Growth;
 use super::problem::Problem;
 use super::shorten::shortened;
 use super::{Goal, LAST, START, completed, straightened};
 
-/// Patches of at least this many triangles are simplified to about `SIMPLE`.
-const LARGE: usize = 8_000;
-const SIMPLE: usize = 4_000;
+/// Patches of at least this many triangles are simplified to about as many as each of
+/// `SIMPLE`: what is found depends on chance, so the better of two is taken.
+const LARGE: usize = 5_000;
+const SIMPLE: [usize; 2] = [3_500, 2_500];
 
 /// How often the bound on the simpler surface is lowered, so that the patch comes within its
 /// own.
-const CORRECTIONS: usize = 3;
+const CORRECTIONS: usize = 4;
+
+/// How much further than by what is missing the bound is lowered: what is too much is closed
+/// again.
+const OVERSHOOT: f64 = 2.0;
 
 /// How far a cut found on the simpler surface may move for its length alone: some of the edges
 /// there; what it costs to go further, as a multiple.
-const NEARBY: f64 = 0.03;
-const BEYOND: f64 = 5.0;
+const NEARBY: f64 = 0.02;
+const BEYOND: f64 = 100.0;
 
 /// The share of what the bound is above the energy of an isometry to which that may go.
 const LEAST_EXCESS: f64 = 0.3;
@@ -31,7 +38,15 @@ const LEAST_EXCESS: f64 = 0.3;
 /// Newton steps over all triangles of the patch there may be, after the first layout.
 const STEPS: u64 = 60;
 
-/// The same as [`super::found`].
+/// A simpler surface, and the layout that was found for it.
+struct Coarse<'a> {
+    simplification: Simplification<'a>,
+    simplified: Simplified,
+    costs: Vec<f64>,
+    layout: Layout,
+}
+
+/// The same as [`super::found`], where the patch is large by way of simpler ones.
 pub(super) fn found(
     problem: &mut Problem,
     map: Option<&[[f64; 2]]>,
@@ -41,59 +56,158 @@ pub(super) fn found(
 ) -> Result<Layout, SolveError> {
     let patch = problem.patch;
     let count = patch.topology.triangles().len();
-    if count < LARGE {
-        return super::found(problem, map, goal, budget, proceed);
-    }
-    let simplification = Simplification::new(&patch.topology, &patch.positions, SIMPLE);
-    let left = simplification.triangles();
-    if 3 * left > 2 * count {
-        return super::found(problem, map, goal, budget, proceed);
-    }
-    let simplified = simplification.simplified(patch.scale);
-    let simple = &simplified.patch;
-    let costs = carried_costs(
-        problem,
-        simple.source.as_slice(),
-        &simplified.patch.lengths,
-        simple,
-    );
-    let mut coarse = Problem::new(simple, costs);
-    let coarse_map: Option<Vec<[f64; 2]>> =
-        map.map(|map| simple.source.iter().map(|&v| map[v as usize]).collect());
-    let share = budget / count as u64 * left as u64;
     let going = Cell::new(true);
     let mut report = |energy: f64, seam: f64| {
         going.set(going.get() && proceed(energy, seam));
         going.get()
     };
-    let mut layout = super::found(&mut coarse, coarse_map.as_deref(), goal, share, &mut report)?;
+    let Some(coarse) = cheapest(problem, map, goal, budget, &mut report) else {
+        return super::found(problem, map, goal, budget, &mut report);
+    };
     problem.injective = true;
     problem.cost.clone_from(&patch.lengths);
-    let growth = Growth::new(&coarse);
+    let within = coarse.layout.is_within(goal.bound);
+    let mut layout = carried(problem, coarse, goal, &going, &mut report)?;
+    let spent = problem.work();
+    let mut proceed = |problem: &Problem, layout: &Layout| {
+        report(layout.energy, problem.cost_of(layout))
+            && problem.work() - spent < STEPS * count as u64
+    };
+    if within && !layout.is_within(goal.bound) {
+        let growth = Growth::new(problem);
+        layout = completed(problem, &growth, layout, goal, &going, &mut proceed);
+    } else if within && going.get() {
+        let mut proceed = |layout: &Layout| proceed(problem, layout);
+        layout = shortened(problem, layout, goal.bound, &mut proceed);
+    }
+    Ok(layout)
+}
+
+/// The layout with the shortest cut within the bound of those found on simpler surfaces.
+fn cheapest<'a>(
+    problem: &Problem<'a>,
+    map: Option<&[[f64; 2]]>,
+    goal: &Goal,
+    budget: u64,
+    report: &mut dyn FnMut(f64, f64) -> bool,
+) -> Option<Coarse<'a>> {
+    let patch = problem.patch;
+    let count = patch.topology.triangles().len();
+    if count < LARGE {
+        return None;
+    }
+    let simple = Simplification::new(&patch.topology, &patch.positions, SIMPLE[0]);
+    if 3 * simple.triangles() > 2 * count {
+        return None;
+    }
+    let stopped = AtomicBool::new(false);
+    let mut simpler = None;
+    // Only one is reported, so that the reports are the same on every run; where it was broken
+    // off, the other does not count.
+    let first = rayon::in_place_scope(|scope| {
+        let (simple, other, stopped) = (&simple, &mut simpler, &stopped);
+        scope.spawn(move |_| {
+            let mut going = |_: f64, _: f64| !stopped.load(Ordering::Relaxed);
+            let simpler = simple.clone().further(SIMPLE[1]);
+            *other = searched(problem, map, goal, budget, simpler, &mut going);
+        });
+        let mut report = |energy: f64, seam: f64| {
+            let going = report(energy, seam);
+            stopped.fetch_or(!going, Ordering::Relaxed);
+            going
+        };
+        searched(problem, map, goal, budget, simple.clone(), &mut report)
+    });
+    let other = simpler.filter(|_| !stopped.load(Ordering::Relaxed));
+    let found = [first, other].into_iter().flatten();
+    found.reduce(|best, other| {
+        let worth = |coarse: &Coarse| {
+            let layout = &coarse.layout;
+            let above = (layout.energy - goal.bound).max(0.0);
+            let within = layout.is_within(goal.bound);
+            (
+                !within,
+                above,
+                layout.cut.cost(&coarse.simplified.patch.lengths),
+            )
+        };
+        if worth(&other) < worth(&best) {
+            other
+        } else {
+            best
+        }
+    })
+}
+
+/// A layout of a simpler surface, if there is one.
+fn searched<'a>(
+    problem: &Problem<'a>,
+    map: Option<&[[f64; 2]]>,
+    goal: &Goal,
+    budget: u64,
+    simplification: Simplification<'a>,
+    report: &mut dyn FnMut(f64, f64) -> bool,
+) -> Option<Coarse<'a>> {
+    let patch = problem.patch;
+    let simplified = simplification.simplified(patch.scale);
+    let simple = &simplified.patch;
+    let share = budget / patch.areas.len() as u64 * simple.areas.len() as u64;
+    let costs = carried_costs(problem, simple);
+    let mut coarse = Problem::new(simple, costs.clone());
+    let own: Option<Vec<[f64; 2]>> =
+        map.map(|map| simple.source.iter().map(|&v| map[v as usize]).collect());
+    let layout = super::found(&mut coarse, own.as_deref(), goal, share, report).ok()?;
+    Some(Coarse {
+        simplification,
+        costs,
+        layout,
+        simplified,
+    })
+}
+
+/// The patch laid out along the cut of a simpler one. Where its energy is above the bound and
+/// that of the simpler one is not, this is made to stay below a lower one.
+fn carried(
+    problem: &Problem,
+    coarse: Coarse,
+    goal: &Goal,
+    going: &Cell<bool>,
+    report: &mut dyn FnMut(f64, f64) -> bool,
+) -> Result<Layout, SolveError> {
+    let Coarse {
+        simplification,
+        simplified,
+        costs,
+        mut layout,
+    } = coarse;
+    let simple = Problem::new(&simplified.patch, costs);
     let within = layout.is_within(goal.bound);
+    let growth = Growth::new(&simple);
     let mut best: Option<Layout> = None;
     for _ in 0..CORRECTIONS {
-        let cut = simplification
-            .clone()
-            .carried(&layout.cut, &simplified.triangles);
+        let all = simplification.clone();
+        let cut = all.carried(&layout.cut, &simplified.triangles);
         let straight = straightened_nearby(problem, &cut);
-        let mut fine = match problem.flattened(straight, START) {
-            Ok(fine) => fine,
-            Err(_) => problem.flattened(cut, START)?,
+        let mut fine = match (problem.flattened(straight, START), &best) {
+            (Ok(fine), _) => fine,
+            (Err(_), None) => problem.flattened(cut, START)?,
+            (Err(_), Some(_)) => break,
         };
         if going.get() {
             let _ = problem.relax(&mut fine, LAST);
         }
-        report(fine.energy, fine.cut.cost(&patch.lengths));
+        report(fine.energy, problem.cost_of(&fine));
         let missing = fine.least_bound() - goal.bound;
-        let better =
-            |best: &Layout| fine.is_within(goal.bound) || fine.least_bound() < best.least_bound();
-        if best.as_ref().is_none_or(better) {
+        if best
+            .as_ref()
+            .is_none_or(|best| fine.least_bound() < best.least_bound())
+        {
             best = Some(fine);
         }
-        let lower = layout.least_bound().min(goal.bound) - missing;
         let lowest = 4.0 + LEAST_EXCESS * (goal.bound - 4.0);
-        if missing <= 0.0 || !within || lower < lowest || !going.get() {
+        let lower = layout.least_bound().min(goal.bound) - OVERSHOOT * missing;
+        let lower = lower.max(lowest);
+        if missing <= 0.0 || !within || layout.is_within(lower) || !going.get() {
             break;
         }
         let tighter = Goal {
@@ -101,19 +215,10 @@ pub(super) fn found(
             seam_weight: goal.seam_weight,
         };
         let mut proceed =
-            |problem: &Problem, layout: &Layout| report(layout.energy, problem.cost_of(layout));
-        layout = completed(&coarse, &growth, layout, &tighter, &going, &mut proceed);
+            |simple: &Problem, layout: &Layout| report(layout.energy, simple.cost_of(layout));
+        layout = completed(&simple, &growth, layout, &tighter, going, &mut proceed);
     }
-    let layout = best.ok_or(SolveError::NotSimple)?;
-    let spent = problem.work();
-    if going.get() && layout.is_within(goal.bound) {
-        let lengths = &patch.lengths;
-        return Ok(shortened(problem, layout, goal.bound, |layout| {
-            report(layout.energy, layout.cut.cost(lengths))
-                && problem.work() - spent < STEPS * count as u64
-        }));
-    }
-    Ok(layout)
+    best.ok_or(SolveError::NotSimple)
 }
 
 /// A cut straightened by its length, but so that it stays near to where it is.
@@ -133,12 +238,7 @@ fn straightened_nearby(problem: &Problem, cut: &Cut) -> Cut {
 
 /// What cuts cost along the half-edges of a simpler surface: as much per length as on average
 /// around the ends of an edge.
-fn carried_costs(
-    problem: &Problem,
-    source: &[u32],
-    lengths: &[f64],
-    simple: &super::super::patch::Patch,
-) -> Vec<f64> {
+fn carried_costs(problem: &Problem, simple: &Patch) -> Vec<f64> {
     let patch = problem.patch;
     let mut sums = vec![[0.0; 2]; patch.topology.vertices()];
     for h in 0..patch.topology.half_edges() {
@@ -149,13 +249,13 @@ fn carried_costs(
         }
     }
     let rate = |v: u32| {
-        let [cost, length] = sums[source[v as usize] as usize];
+        let [cost, length] = sums[simple.source[v as usize] as usize];
         if length > 0.0 { cost / length } else { 1.0 }
     };
     (0..simple.topology.half_edges())
         .map(|h| {
             let ends = [simple.topology.origin(h), simple.topology.target(h)];
-            0.5 * lengths[h as usize] * (rate(ends[0]) + rate(ends[1]))
+            0.5 * simple.lengths[h as usize] * (rate(ends[0]) + rate(ends[1]))
         })
         .collect()
 }

@@ -4,10 +4,10 @@ use crate::finish::cut::Cut;
 use crate::surface::vector::{length, sub};
 
 impl Simplification<'_> {
-    /// Takes a cut of what is left to the surface as it was: it opens it to the same pieces.
-    /// `triangles` has that of the surface for every one that is left. Every collapse is
-    /// undone.
-    pub fn carried(&mut self, cut: &Cut, triangles: &[u32]) -> Cut {
+    /// The cut of the surface as it was that a cut of what is left becomes: it opens it to the same
+    /// pieces.
+    /// `triangles` has that of the surface for every one that is left.
+    pub fn carried(mut self, cut: &Cut, triangles: &[u32]) -> Cut {
         let mut is_cut = vec![false; self.surface.half_edges() as usize];
         for h in cut.half_edges() {
             is_cut[(3 * triangles[h as usize / 3] + h % 3) as usize] = true;

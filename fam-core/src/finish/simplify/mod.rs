@@ -59,17 +59,22 @@ impl<'a> Simplification<'a> {
     /// Simplifies a surface whose vertices have positions until `wanted` triangles are left, or
     /// none can be taken out any more.
     pub fn new(surface: &Topology, positions: &'a [[f64; 3]], wanted: usize) -> Self {
-        let mut simplification = Self {
+        let whole = Self {
             positions,
             surface: surface.clone(),
             gone: vec![false; surface.triangles().len()],
             left: surface.triangles().len(),
             collapses: Vec::new(),
         };
-        if simplification.left > wanted {
-            Queue::new(&simplification).run(&mut simplification, wanted);
+        whole.further(wanted)
+    }
+
+    /// Goes on until `wanted` triangles are left.
+    pub fn further(mut self, wanted: usize) -> Self {
+        if self.left > wanted {
+            Queue::new(&self).run(&mut self, wanted);
         }
-        simplification
+        self
     }
 
     /// How many triangles are left.
@@ -114,7 +119,9 @@ impl Queue {
             stamps: vec![0; surface.vertices()],
             heap: BinaryHeap::new(),
         };
-        for (t, corners) in surface.triangles().iter().enumerate() {
+        let is_left = |t: &usize| !state.gone[*t];
+        for t in (0..state.gone.len()).filter(is_left) {
+            let corners = surface.triangles()[t];
             let places = corners.map(|v| state.positions[v as usize]);
             let (plane, area) = Quadric::of_triangle(places);
             for (c, &v) in corners.iter().enumerate() {
@@ -123,7 +130,8 @@ impl Queue {
                 queue.leaving[v as usize] = (3 * t + c) as u32;
             }
         }
-        for h in (0..surface.half_edges()).filter(|&h| surface.twin(h).is_none()) {
+        let is_side = |h: &u32| surface.twin(*h).is_none() && is_left(&(*h as usize / 3));
+        for h in (0..surface.half_edges()).filter(is_side) {
             let ends = [surface.origin(h), surface.target(h)];
             let side = Quadric::of_side(ends.map(|v| state.positions[v as usize]), BOUNDARY);
             for v in ends {
