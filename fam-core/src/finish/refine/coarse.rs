@@ -15,9 +15,10 @@ use super::shorten::shortened;
 use super::{Goal, LAST, START, completed, straightened};
 
 /// Patches of at least this many triangles are simplified to about as many as each of
-/// `SIMPLE`: what is found depends on chance, so the better of two is taken.
+/// `SIMPLE`: what is found depends on chance, so the best is taken. The first takes about as
+/// long as the others together.
 const LARGE: usize = 5_000;
-const SIMPLE: [usize; 2] = [3_500, 2_500];
+const SIMPLE: [usize; 3] = [3_000, 2_000, 1_500];
 
 /// How often the bound on the simpler surface is lowered, so that the patch comes within its
 /// own.
@@ -35,8 +36,10 @@ const BEYOND: f64 = 100.0;
 /// The share of what the bound is above the energy of an isometry to which that may go.
 const LEAST_EXCESS: f64 = 0.3;
 
-/// Newton steps over all triangles of the patch there may be, after the first layout.
+/// Newton steps over all triangles of the patch there may be once its cut is known; and more,
+/// each times the triangles it is over, where they take no time.
 const STEPS: u64 = 60;
+const MORE: u64 = 2_000_000;
 
 /// A simpler surface, and the layout that was found for it.
 struct Coarse<'a> {
@@ -71,14 +74,14 @@ pub(super) fn found(
     let spent = problem.work();
     let mut proceed = |problem: &Problem, layout: &Layout| {
         report(layout.energy, problem.cost_of(layout))
-            && problem.work() - spent < STEPS * count as u64
+            && problem.work() - spent < STEPS * count as u64 + MORE
     };
-    if within && !layout.is_within(goal.bound) {
-        let growth = Growth::new(problem);
-        layout = completed(problem, &growth, layout, goal, &going, &mut proceed);
-    } else if within && going.get() {
+    if going.get() && layout.is_within(goal.bound) {
         let mut proceed = |layout: &Layout| proceed(problem, layout);
         layout = shortened(problem, layout, goal.bound, &mut proceed);
+    } else if going.get() && within {
+        let growth = Growth::new(problem);
+        layout = completed(problem, &growth, layout, goal, &going, &mut proceed);
     }
     Ok(layout)
 }
@@ -96,30 +99,36 @@ fn cheapest<'a>(
     if count < LARGE {
         return None;
     }
-    let simple = Simplification::new(&patch.topology, &patch.positions, SIMPLE[0]);
-    if 3 * simple.triangles() > 2 * count {
+    let [first, others @ .., least] = SIMPLE;
+    let least = Simplification::new(&patch.topology, &patch.positions, least);
+    if 2 * least.triangles() > count {
         return None;
     }
     let stopped = AtomicBool::new(false);
-    let mut simpler = None;
+    let mut smaller = Vec::new();
     // Only one is reported, so that the reports are the same on every run; where it was broken
-    // off, the other does not count.
+    // off, the others do not count.
     let first = rayon::in_place_scope(|scope| {
-        let (simple, other, stopped) = (&simple, &mut simpler, &stopped);
+        let (least, smaller, stopped) = (&least, &mut smaller, &stopped);
         scope.spawn(move |_| {
             let mut going = |_: f64, _: f64| !stopped.load(Ordering::Relaxed);
-            let simpler = simple.clone().further(SIMPLE[1]);
-            *other = searched(problem, map, goal, budget, simpler, &mut going);
+            let restored = others.iter().map(|&size| least.clone().restored(size));
+            for simple in restored.chain([least.clone()]) {
+                smaller.extend(searched(problem, map, goal, budget, simple, &mut going));
+            }
         });
         let mut report = |energy: f64, seam: f64| {
             let going = report(energy, seam);
             stopped.fetch_or(!going, Ordering::Relaxed);
             going
         };
-        searched(problem, map, goal, budget, simple.clone(), &mut report)
+        let simple = least.clone().restored(first);
+        searched(problem, map, goal, budget, simple, &mut report)
     });
-    let other = simpler.filter(|_| !stopped.load(Ordering::Relaxed));
-    let found = [first, other].into_iter().flatten();
+    if stopped.load(Ordering::Relaxed) {
+        smaller.clear();
+    }
+    let found = first.into_iter().chain(smaller);
     found.reduce(|best, other| {
         let worth = |coarse: &Coarse| {
             let layout = &coarse.layout;

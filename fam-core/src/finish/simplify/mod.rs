@@ -59,20 +59,25 @@ impl<'a> Simplification<'a> {
     /// Simplifies a surface whose vertices have positions until `wanted` triangles are left, or
     /// none can be taken out any more.
     pub fn new(surface: &Topology, positions: &'a [[f64; 3]], wanted: usize) -> Self {
-        let whole = Self {
+        let mut simplification = Self {
             positions,
             surface: surface.clone(),
             gone: vec![false; surface.triangles().len()],
             left: surface.triangles().len(),
             collapses: Vec::new(),
         };
-        whole.further(wanted)
+        if simplification.left > wanted {
+            Queue::new(&simplification).run(&mut simplification, wanted);
+        }
+        simplification
     }
 
-    /// Goes on until `wanted` triangles are left.
-    pub fn further(mut self, wanted: usize) -> Self {
-        if self.left > wanted {
-            Queue::new(&self).run(&mut self, wanted);
+    /// With at least `wanted` triangles, if the surface has as many: some vertices are back.
+    pub fn restored(mut self, wanted: usize) -> Self {
+        while self.left < wanted
+            && let Some(collapse) = self.collapses.pop()
+        {
+            self.restore(&collapse);
         }
         self
     }
@@ -119,9 +124,7 @@ impl Queue {
             stamps: vec![0; surface.vertices()],
             heap: BinaryHeap::new(),
         };
-        let is_left = |t: &usize| !state.gone[*t];
-        for t in (0..state.gone.len()).filter(is_left) {
-            let corners = surface.triangles()[t];
+        for (t, corners) in surface.triangles().iter().enumerate() {
             let places = corners.map(|v| state.positions[v as usize]);
             let (plane, area) = Quadric::of_triangle(places);
             for (c, &v) in corners.iter().enumerate() {
@@ -130,8 +133,7 @@ impl Queue {
                 queue.leaving[v as usize] = (3 * t + c) as u32;
             }
         }
-        let is_side = |h: &u32| surface.twin(*h).is_none() && is_left(&(*h as usize / 3));
-        for h in (0..surface.half_edges()).filter(is_side) {
+        for h in (0..surface.half_edges()).filter(|&h| surface.twin(h).is_none()) {
             let ends = [surface.origin(h), surface.target(h)];
             let side = Quadric::of_side(ends.map(|v| state.positions[v as usize]), BOUNDARY);
             for v in ends {
