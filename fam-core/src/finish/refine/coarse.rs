@@ -36,10 +36,8 @@ const BEYOND: f64 = 100.0;
 /// The share of what the bound is above the energy of an isometry to which that may go.
 const LEAST_EXCESS: f64 = 0.3;
 
-/// Newton steps over all triangles of the patch there may be once its cut is known; and more,
-/// each times the triangles it is over, where they take no time.
+/// Newton steps over all triangles of the patch there may be once its cut is known.
 const STEPS: u64 = 60;
-const MORE: u64 = 2_000_000;
 
 /// A simpler surface, and the layout that was found for it.
 struct Coarse<'a> {
@@ -74,7 +72,7 @@ pub(super) fn found(
     let spent = problem.work();
     let mut proceed = |problem: &Problem, layout: &Layout| {
         report(layout.energy, problem.cost_of(layout))
-            && problem.work() - spent < STEPS * count as u64 + MORE
+            && problem.work() - spent < STEPS * count as u64
     };
     if going.get() && layout.is_within(goal.bound) {
         let mut proceed = |layout: &Layout| proceed(problem, layout);
