@@ -67,6 +67,13 @@ impl Distortion {
         }
     }
 
+    /// The lowest bound that it is within, without what is owed to rounding.
+    pub(super) fn least_bound(&self) -> f64 {
+        let areas = (self.area.ln() / ORDINARY_AREA.ln()).powi(2);
+        let angles = (self.conformality / ORDINARY_ANGLE).powi(2);
+        (4.0 + ORDINARY_EXCESS * areas.max(angles)).max(self.energy)
+    }
+
     /// One of its measures.
     pub fn of(&self, measure: Measure) -> f64 {
         match measure {

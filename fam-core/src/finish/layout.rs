@@ -60,6 +60,11 @@ impl Layout {
         self.distortion().is_within(&Distortion::allowed(bound))
     }
 
+    /// The lowest bound that the distortion is within, without what is owed to rounding.
+    pub fn least_bound(&self) -> f64 {
+        self.distortion().least_bound()
+    }
+
     /// The same coordinates over another cut of the same patch: vertices that are split have
     /// theirs twice, those that become one have the mean of theirs.
     pub fn recut(&self, cut: Cut, opened: Opened) -> Self {

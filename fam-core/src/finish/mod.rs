@@ -17,6 +17,7 @@ mod pack;
 mod patch;
 mod peaks;
 mod refine;
+mod simplify;
 mod solve;
 mod split;
 mod surface;

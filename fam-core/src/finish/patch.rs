@@ -38,6 +38,13 @@ impl Patch {
             scale *= factor;
             positions = positions.iter().map(|p| p.map(|c| c * factor)).collect();
         }
+        Self::over(Opened { topology, source }, positions, scale)
+    }
+
+    /// The patch of an oriented surface whose vertices have positions, at the scale that these
+    /// have.
+    pub fn over(surface: Opened, positions: Vec<[f64; 3]>, scale: f64) -> Self {
+        let Opened { topology, source } = surface;
         let at = |v: u32| positions[v as usize];
         let lengths: Vec<f64> = (0..topology.half_edges())
             .map(|h| length(sub(at(topology.target(h)), at(topology.origin(h)))))

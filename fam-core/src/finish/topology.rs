@@ -96,6 +96,49 @@ impl Topology {
         whole.open(|_| false)
     }
 
+    /// Some of the triangles by themselves, with the vertices that they have, and for every
+    /// vertex the one that it was. Edges to other triangles become boundary.
+    pub fn part(&self, triangles: &[u32]) -> Opened {
+        let mut place = vec![NONE; self.triangles.len()];
+        for (new, &t) in triangles.iter().enumerate() {
+            place[t as usize] = new as u32;
+        }
+        let moved = |h: u32| match self
+            .twin(h)
+            .map(|twin| (place[twin as usize / 3], twin % 3))
+        {
+            Some((t, corner)) if t != NONE => 3 * t + corner,
+            _ => NONE,
+        };
+        let part = Self {
+            triangles: triangles
+                .iter()
+                .map(|&t| self.triangles[t as usize])
+                .collect(),
+            twins: triangles
+                .iter()
+                .flat_map(|&t| (3 * t..3 * t + 3).map(moved))
+                .collect(),
+            vertices: self.vertices,
+        };
+        part.open(|_| false)
+    }
+
+    /// Makes two half-edges each other's twin; where one is missing the other comes to lie on
+    /// the boundary.
+    pub(super) fn join(&mut self, one: Option<u32>, other: Option<u32>) {
+        for (h, twin) in [(one, other), (other, one)] {
+            if let Some(h) = h {
+                self.twins[h as usize] = twin.unwrap_or(NONE);
+            }
+        }
+    }
+
+    /// Makes a half-edge that leaves a vertex leave another.
+    pub(super) fn set_origin(&mut self, h: u32, v: u32) {
+        self.triangles[h as usize / 3][h as usize % 3] = v;
+    }
+
     /// Cuts along the half-edges (and their twins) for which `cut` holds.
     pub fn open(&self, cut: impl Fn(u32) -> bool) -> Opened {
         let twins: Vec<u32> = (0..self.twins.len() as u32)

@@ -6,6 +6,7 @@
 //! overlaps, grown where it still has to, and shortened where it need not be. The result is
 //! straightened and gone over again as long as it gets shorter.
 
+mod coarse;
 mod grow;
 mod problem;
 mod shorten;
@@ -106,7 +107,8 @@ pub fn refined(
 ) -> Result<Layout, SolveError> {
     let goes_on = || watch.goes_on();
     let mut problem = Problem::new(patch, patch.without_forbidden(cost), &goes_on);
-    let result = found(&mut problem, &start, goal, *budget, watch);
+    let report = |energy: f64, seam_length: f64| watch.reaches(energy, seam_length);
+    let result = coarse::found(&mut problem, &start, goal, *budget, &report);
     *budget = budget.saturating_sub(problem.work());
     result
 }
@@ -130,19 +132,21 @@ pub fn without_regard_to_overlaps(
     layout
 }
 
+/// Is told energy and seam length on the way and says whether to go on.
+type Report<'a> = dyn Fn(f64, f64) -> bool + Sync + 'a;
+
 fn found(
     problem: &mut Problem,
     start: &Start,
     goal: &Goal,
     budget: u64,
-    watch: &Watch,
+    report: &Report,
 ) -> Result<Layout, SolveError> {
     let patch = problem.patch;
     let growth = Growth::new(problem);
     let limit = Cell::new((SHARE_OF_SEARCH * budget as f64) as u64);
     let mut proceed = |problem: &Problem, layout: &Layout| {
-        watch.reaches(layout.energy, layout.cut.cost(&patch.lengths))
-            && problem.work() < limit.get()
+        report(layout.energy, problem.length_of(layout)) && problem.work() < limit.get()
     };
     let (mut cut, mut given) = match start {
         Start::Layout(corners) => {
@@ -156,7 +160,7 @@ fn found(
         Start::Nothing | Start::Map(_) => {
             let rough = searched(problem, &growth, start, goal, &mut proceed)?;
             problem.injective = true;
-            if !watch.goes_on() && problem.is_valid(&rough) {
+            if !problem.goes_on() && problem.is_valid(&rough) {
                 return Ok(rough);
             }
             (rough.cut, None)
@@ -170,20 +174,15 @@ fn found(
     for _ in 0..CYCLES {
         let layout = match given.take() {
             Some(layout) => layout,
-            None => match problem.flattened(straightened(problem, &cut, goal.bound), START) {
+            None => match problem
+                .flattened(straightened(patch, &problem.cost, &cut, goal.bound), START)
+            {
                 Ok(layout) => layout,
                 Err(_) if best.is_some() => break,
                 Err(_) => problem.flattened(cut.clone(), START)?,
             },
         };
-        let mut layout = grown(problem, &growth, layout, goal, &mut proceed);
-        if watch.goes_on() {
-            let _ = problem.relax(&mut layout, LAST);
-        }
-        if watch.goes_on() && layout.is_within(goal.bound) {
-            let mut proceed = |layout: &Layout| proceed(problem, layout);
-            layout = shortened(problem, layout, goal.bound, &mut proceed);
-        }
+        let layout = completed(problem, &growth, layout, goal, &mut proceed);
         let gain = best
             .as_ref()
             .map(|best| gain(problem, best, &layout, goal.bound));
@@ -193,7 +192,7 @@ fn found(
         }
         let settled = cut.is_empty() || gain.is_some_and(|gain| gain < LEAST_GAIN);
         let spent = problem.work() as f64 > SHARE_OF_STEPS * budget as f64;
-        if settled || spent || !watch.goes_on() {
+        if settled || spent || !problem.goes_on() {
             break;
         }
     }
@@ -259,14 +258,35 @@ fn grown(
     layout
 }
 
-/// The cut made shorter without moving its ends or leaving sharp corners out.
-fn straightened(problem: &Problem, cut: &Cut, bound: f64) -> Cut {
-    let topology = &problem.patch.topology;
+/// A layout grown until it is within the bound, and shortened as long as it stays so.
+fn completed(
+    problem: &Problem,
+    growth: &Growth,
+    layout: Layout,
+    goal: &Goal,
+    proceed: &mut impl FnMut(&Problem, &Layout) -> bool,
+) -> Layout {
+    let mut layout = grown(problem, growth, layout, goal, proceed);
+    if problem.goes_on() {
+        let _ = problem.relax(&mut layout, LAST);
+    }
+    if problem.goes_on() && layout.is_within(goal.bound) {
+        layout = shortened(problem, layout, goal.bound, |layout| {
+            proceed(problem, layout)
+        });
+    }
+    layout
+}
+
+/// The cut made shorter, by what it costs along every half-edge, without moving its ends or leaving
+/// out sharp corners.
+fn straightened(patch: &Patch, cost: &[f64], cut: &Cut, bound: f64) -> Cut {
+    let topology = &patch.topology;
     let pinned: Vec<u32> = branches(topology, cut, |_| false)
         .iter()
         .filter(|branch| branch.kind == BranchKind::Slit)
         .flat_map(|slit| [slit.root(topology), slit.tip(topology)])
-        .chain(corners(problem.patch, bound))
+        .chain(corners(patch, bound))
         .collect();
-    straighten(topology, &problem.cost, cut, &pinned)
+    straighten(topology, cost, cut, &pinned)
 }

@@ -3,6 +3,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::super::cut::Cut;
 use super::super::layout::Layout;
 use super::super::patch::Patch;
+use super::super::simplify::Simplification;
 use super::super::solve::SolveError;
 use super::super::solve::boundary::{Boundary, open_slits};
 use super::super::solve::energy::energy_of;
@@ -11,7 +12,7 @@ use super::super::solve::orientation::first_flipped;
 use super::super::solve::rest::RestShapes;
 use super::super::solve::stretch::even_out;
 use super::super::solve::tutte;
-use super::super::topology::{next, previous};
+use super::super::topology::{Opened, next, previous};
 use crate::surface::vector::{cross, dot, length, sub};
 
 /// Thinner triangles than this share of their longest edge count as this thick.
@@ -20,6 +21,18 @@ const THINNEST: f64 = 0.01;
 /// Newton steps that a first layout gets when nothing else goes on: an embedding of Tutte's alone
 /// is valid, but of no use.
 const LEAST_STEPS: usize = 10;
+
+/// Cut patches of at least this many triangles are flattened with `FEW` triangles first, then
+/// with `FINER` times as many at a time.
+const LARGE: usize = 6_000;
+const FEW: usize = 2_500;
+const FINER: usize = 4;
+
+/// The solve with an intermediate number of triangles.
+const LEVEL: Effort = Effort {
+    iterations: 15,
+    decrease: 1e-3,
+};
 
 /// How far to solve.
 #[derive(Clone, Copy)]
@@ -39,7 +52,8 @@ pub struct Problem<'a> {
     pub injective: bool,
     rest: RestShapes,
     work: AtomicU64,
-    goes_on: &'a (dyn Fn() -> bool + Sync),
+    /// Whether to look for something better still; asked from any thread.
+    pub goes_on: &'a (dyn Fn() -> bool + Sync),
 }
 
 impl<'a> Problem<'a> {
@@ -101,14 +115,67 @@ impl<'a> Problem<'a> {
             && (!self.injective || self.boundary(layout).is_simple(&layout.uv))
     }
 
-    /// The patch cut open and flattened from Tutte's embedding.
+    /// The patch cut open and flattened, from Tutte's embedding of it or, if it is large, of a
+    /// simpler one.
     pub fn flattened(&self, cut: Cut, effort: Effort) -> Result<Layout, SolveError> {
         let opened = cut.open(&self.patch.topology);
-        let mut uv = tutte::embed(&opened.topology, &self.rest)?;
-        even_out(opened.topology.triangles(), &self.rest, &mut uv);
+        let uv = match self.from_simpler(&opened, effort) {
+            Some(uv) => uv,
+            None => self.embedded(&opened)?,
+        };
         let mut layout = Layout::new(cut, opened, uv);
         self.solve(&mut layout, effort, LEAST_STEPS)?;
         Ok(layout)
+    }
+
+    fn embedded(&self, opened: &Opened) -> Result<Vec<[f64; 2]>, SolveError> {
+        let mut uv = tutte::embed(&opened.topology, &self.rest)?;
+        even_out(opened.topology.triangles(), &self.rest, &mut uv);
+        Ok(uv)
+    }
+
+    /// A layout of a cut patch that is flattened with few triangles first, then with more and
+    /// more. `None` if it has few, or that leads to no valid layout.
+    fn from_simpler(&self, opened: &Opened, effort: Effort) -> Option<Vec<[f64; 2]>> {
+        let topology = &opened.topology;
+        let count = topology.triangles().len();
+        if count < LARGE {
+            return None;
+        }
+        let at = |&v: &u32| self.patch.positions[v as usize];
+        let positions: Vec<[f64; 3]> = opened.source.iter().map(at).collect();
+        let mut simpler = Simplification::new(topology, &positions, FEW);
+        let mut uv = vec![[0.0; 2]; topology.vertices()];
+        let mut first = true;
+        while simpler.triangles() < count {
+            let patch = simpler.simplified(self.patch.scale).patch;
+            let mut problem = Problem::new(&patch, patch.lengths.clone(), self.goes_on);
+            problem.injective = self.injective;
+            let whole = Cut::none(&patch.topology);
+            let layout = if first {
+                problem.flattened(whole, effort).ok()?
+            } else {
+                let opened = whole.open(&patch.topology);
+                let place = |&v: &u32| uv[patch.source[v as usize] as usize];
+                let map = opened.source.iter().map(place).collect();
+                problem.taken(&Layout::new(whole, opened, map), LEVEL)?
+            };
+            first = false;
+            self.work.fetch_add(problem.work(), Ordering::Relaxed);
+            for (q, &v) in layout.uv.iter().zip(&layout.opened.source) {
+                uv[patch.source[v as usize] as usize] = *q;
+            }
+            let left = simpler.triangles();
+            let most = if 2 * FINER * left > count {
+                count
+            } else {
+                FINER * left
+            };
+            simpler.refine(most, &mut uv)?;
+        }
+        first_flipped(topology.triangles(), &uv)
+            .is_none()
+            .then_some(uv)
     }
 
     /// A layout, or its mirror image, relaxed, if one of them is valid.

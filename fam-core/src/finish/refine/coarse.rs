@@ -1,0 +1,270 @@
+//! Large patches: where to cut is found on a simpler surface.
+
+use super::super::creases::crease_costs;
+use super::super::cut::Cut;
+use super::super::cut::paths::distances;
+use super::super::layout::Layout;
+use super::super::patch::Patch;
+use super::super::simplify::{Simplification, Simplified};
+use super::super::solve::SolveError;
+use super::grow::Growth;
+use super::problem::Problem;
+use super::shorten::shortened;
+use super::{Goal, LAST, Report, START, Start, completed, straightened};
+
+/// Patches of at least this many triangles are simplified to about as many as each of
+/// `SIMPLE`: what is found depends on chance, so the best is taken. The first takes about as
+/// long as the others together.
+const LARGE: usize = 5_000;
+const SIMPLE: [usize; 3] = [3_000, 2_000, 1_500];
+
+/// How often the bound on the simpler surface is lowered, so that the patch comes within its
+/// own.
+const CORRECTIONS: usize = 4;
+
+/// How much further than by what is missing the bound is lowered: what is too much is closed
+/// again.
+const OVERSHOOT: f64 = 2.0;
+
+/// How far a cut found on the simpler surface may move for its length alone: some of the edges
+/// there; what it costs to go further, as a multiple.
+const NEARBY: f64 = 0.02;
+const BEYOND: f64 = 100.0;
+
+/// The share of what the bound is above the energy of an isometry to which that may go.
+const LEAST_EXCESS: f64 = 0.3;
+
+/// Newton steps over all triangles of the patch there may be once its cut is known.
+const STEPS: u64 = 60;
+
+/// A simpler surface, and the layout that was found for it.
+struct Coarse<'a> {
+    simplification: Simplification<'a>,
+    simplified: Simplified,
+    costs: Vec<f64>,
+    layout: Layout,
+}
+
+/// The same as [`super::found`], where the patch is large by way of simpler ones.
+pub(super) fn found(
+    problem: &mut Problem,
+    start: &Start,
+    goal: &Goal,
+    budget: u64,
+    report: &Report,
+) -> Result<Layout, SolveError> {
+    let patch = problem.patch;
+    let count = patch.topology.triangles().len();
+    let Some(coarse) = cheapest(problem, start, goal, budget, report) else {
+        return super::found(problem, start, goal, budget, report);
+    };
+    problem.injective = true;
+    problem.cost = crease_costs(patch);
+    let within = coarse.layout.is_within(goal.bound);
+    let mut layout = carried(problem, coarse, goal, report)?;
+    let spent = problem.work();
+    let mut proceed = |problem: &Problem, layout: &Layout| {
+        report(layout.energy, problem.length_of(layout))
+            && problem.work() - spent < STEPS * count as u64
+    };
+    if problem.goes_on() && layout.is_within(goal.bound) {
+        let mut proceed = |layout: &Layout| proceed(problem, layout);
+        layout = shortened(problem, layout, goal.bound, &mut proceed);
+    } else if problem.goes_on() && within {
+        let growth = Growth::new(problem);
+        layout = completed(problem, &growth, layout, goal, &mut proceed);
+    }
+    Ok(layout)
+}
+
+/// The layout with the shortest cut within the bound of those found on simpler surfaces.
+fn cheapest<'a>(
+    problem: &Problem<'a>,
+    start: &Start,
+    goal: &Goal,
+    budget: u64,
+    report: &Report,
+) -> Option<Coarse<'a>> {
+    let patch = problem.patch;
+    let count = patch.topology.triangles().len();
+    // Marks are on edges that a simpler surface does not have.
+    let marked = patch.forbidden.contains(&true);
+    if count < LARGE || marked || matches!(start, Start::Layout(_)) {
+        return None;
+    }
+    let [first, others @ .., least] = SIMPLE;
+    let least = Simplification::new(&patch.topology, &patch.positions, least);
+    if 2 * least.triangles() > count {
+        return None;
+    }
+    let mut smaller = Vec::new();
+    // Only one is reported, so that the reports are the same on every run.
+    let first = rayon::in_place_scope(|scope| {
+        let (least, smaller) = (&least, &mut smaller);
+        scope.spawn(move |_| {
+            let silent = |_: f64, _: f64| problem.goes_on();
+            let restored = others.iter().map(|&size| least.clone().restored(size));
+            for simple in restored.chain([least.clone()]) {
+                smaller.extend(searched(problem, start, goal, budget, simple, &silent));
+            }
+        });
+        let simple = least.clone().restored(first);
+        searched(problem, start, goal, budget, simple, report)
+    });
+    // Where it was broken off, the others did not have the same time.
+    if !problem.goes_on() && first.is_some() {
+        smaller.clear();
+    }
+    let found = first.into_iter().chain(smaller);
+    found.reduce(|best, other| {
+        let worth = |coarse: &Coarse| {
+            let layout = &coarse.layout;
+            let above = (layout.energy - goal.bound).max(0.0);
+            let within = layout.is_within(goal.bound);
+            (
+                !within,
+                above,
+                layout.cut.cost(&coarse.simplified.patch.lengths),
+            )
+        };
+        if worth(&other) < worth(&best) {
+            other
+        } else {
+            best
+        }
+    })
+}
+
+/// A layout of a simpler surface, if there is one.
+fn searched<'a>(
+    problem: &Problem<'a>,
+    start: &Start,
+    goal: &Goal,
+    budget: u64,
+    simplification: Simplification<'a>,
+    report: &Report,
+) -> Option<Coarse<'a>> {
+    let patch = problem.patch;
+    let simplified = simplification.simplified(patch.scale);
+    let simple = &simplified.patch;
+    let share = budget / patch.areas.len() as u64 * simple.areas.len() as u64;
+    let costs = carried_costs(problem, simple);
+    let mut coarse = Problem::new(simple, costs.clone(), problem.goes_on);
+    let map = match start {
+        Start::Map(corners) => Some(carried_map(patch, simple, corners)),
+        Start::Nothing | Start::Layout(_) => None,
+    };
+    let start = map.as_deref().map_or(Start::Nothing, Start::Map);
+    let layout = super::found(&mut coarse, &start, goal, share, report).ok()?;
+    Some(Coarse {
+        simplification,
+        costs,
+        layout,
+        simplified,
+    })
+}
+
+/// The patch laid out along the cut of a simpler one. Where its energy is above the bound and
+/// that of the simpler one is not, this is made to stay below a lower one.
+fn carried(
+    problem: &Problem,
+    coarse: Coarse,
+    goal: &Goal,
+    report: &Report,
+) -> Result<Layout, SolveError> {
+    let Coarse {
+        simplification,
+        simplified,
+        costs,
+        mut layout,
+    } = coarse;
+    let simple = Problem::new(&simplified.patch, costs, problem.goes_on);
+    let within = layout.is_within(goal.bound);
+    let growth = Growth::new(&simple);
+    let mut best: Option<Layout> = None;
+    for _ in 0..CORRECTIONS {
+        let all = simplification.clone();
+        let cut = all.carried(&layout.cut, &simplified.triangles);
+        let straight = straightened_nearby(problem, &cut, goal.bound);
+        let mut fine = match (problem.flattened(straight, START), &best) {
+            (Ok(fine), _) => fine,
+            (Err(_), None) => problem.flattened(cut, START)?,
+            (Err(_), Some(_)) => break,
+        };
+        if problem.goes_on() {
+            let _ = problem.relax(&mut fine, LAST);
+        }
+        report(fine.energy, problem.length_of(&fine));
+        let missing = fine.least_bound() - goal.bound;
+        if best
+            .as_ref()
+            .is_none_or(|best| fine.least_bound() < best.least_bound())
+        {
+            best = Some(fine);
+        }
+        let lowest = 4.0 + LEAST_EXCESS * (goal.bound - 4.0);
+        let lower = layout.least_bound().min(goal.bound) - OVERSHOOT * missing;
+        let lower = lower.max(lowest);
+        if missing <= 0.0 || !within || layout.is_within(lower) || !problem.goes_on() {
+            break;
+        }
+        let tighter = Goal {
+            bound: lower,
+            seam_weight: goal.seam_weight,
+        };
+        let mut proceed =
+            |simple: &Problem, layout: &Layout| report(layout.energy, simple.length_of(layout));
+        layout = completed(&simple, &growth, layout, &tighter, &mut proceed);
+    }
+    best.ok_or(SolveError::NotSimple)
+}
+
+/// A cut straightened by its length, but so that it stays near to where it is.
+fn straightened_nearby(problem: &Problem, cut: &Cut, bound: f64) -> Cut {
+    let topology = &problem.patch.topology;
+    let on_cut: Vec<u32> = cut.half_edges().map(|h| topology.origin(h)).collect();
+    let away = distances(topology, &problem.patch.lengths, &on_cut);
+    let is_near = |v: u32| away[v as usize] <= NEARBY;
+    let cost: Vec<f64> = (0..topology.half_edges())
+        .map(|h| {
+            let near = is_near(topology.origin(h)) && is_near(topology.target(h));
+            problem.cost[h as usize] * if near { 1.0 } else { BEYOND }
+        })
+        .collect();
+    straightened(problem.patch, &cost, cut, bound)
+}
+
+/// A coordinate for every half-edge of a simpler surface: that of a patch's at the same vertex.
+fn carried_map(patch: &Patch, simple: &Patch, corners: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let mut places = vec![[0.0; 2]; patch.topology.vertices()];
+    for (h, &corner) in (0..).zip(corners) {
+        places[patch.topology.origin(h) as usize] = corner;
+    }
+    (0..simple.topology.half_edges())
+        .map(|h| places[simple.source[simple.topology.origin(h) as usize] as usize])
+        .collect()
+}
+
+/// What cuts cost along the half-edges of a simpler surface: as much per length as on average
+/// around the ends of an edge.
+fn carried_costs(problem: &Problem, simple: &Patch) -> Vec<f64> {
+    let patch = problem.patch;
+    let mut sums = vec![[0.0; 2]; patch.topology.vertices()];
+    for h in 0..patch.topology.half_edges() {
+        for v in [patch.topology.origin(h), patch.topology.target(h)] {
+            let sum = &mut sums[v as usize];
+            sum[0] += problem.cost[h as usize];
+            sum[1] += patch.lengths[h as usize];
+        }
+    }
+    let rate = |v: u32| {
+        let [cost, length] = sums[simple.source[v as usize] as usize];
+        if length > 0.0 { cost / length } else { 1.0 }
+    };
+    (0..simple.topology.half_edges())
+        .map(|h| {
+            let ends = [simple.topology.origin(h), simple.topology.target(h)];
+            0.5 * simple.lengths[h as usize] * (rate(ends[0]) + rate(ends[1]))
+        })
+        .collect()
+}
