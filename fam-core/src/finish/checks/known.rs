@@ -301,3 +301,17 @@ fn a_tube_is_opened_where_the_network_tore_it() {
         }
     }
 }
+
+/// A surface of many triangles is cut on simpler ones: its seams are no longer for that.
+#[test]
+fn a_fine_surface_is_cut_as_short_as_a_coarse_one() {
+    let [coarse, fine] = [(20, 10), (90, 36)].map(|(around, across)| {
+        let mesh = torus(1.0, 0.4, around, across);
+        let outcome = Task::default().run(&mesh);
+        outcome.check_energy();
+        assert_eq!(outcome.charts(), 1);
+        assert!(outcome.energy() <= 4.1, "{}", outcome.energy());
+        outcome.seam_length()
+    });
+    assert!(fine < 1.1 * coarse, "{fine}, {coarse}");
+}

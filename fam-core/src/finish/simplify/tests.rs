@@ -29,6 +29,15 @@ fn kind(topology: &Topology) -> (usize, i64, usize) {
     )
 }
 
+/// Whether no two edges have the same ends: Tutte's embedding needs that.
+fn is_simplicial(topology: &Topology) -> bool {
+    let ends = |h| [topology.origin(h), topology.target(h)];
+    let mut edges: Vec<[u32; 2]> = topology.edges().map(ends).collect();
+    edges.iter_mut().for_each(|ends| ends.sort_unstable());
+    edges.sort_unstable();
+    edges.windows(2).all(|pair| pair[0] != pair[1])
+}
+
 #[test]
 fn handles_and_holes_stay() {
     for mesh in all() {
@@ -38,6 +47,7 @@ fn handles_and_holes_stay() {
             let left = less.simplified(1.0).patch.topology;
             assert_eq!(kind(&left), kind(&patch.topology));
             assert_eq!(left.triangles().len(), less.triangles());
+            assert!(is_simplicial(&left));
             for h in 0..left.half_edges() {
                 if let Some(twin) = left.twin(h) {
                     assert_eq!(left.twin(twin), Some(h));
@@ -129,6 +139,7 @@ fn degenerate_surfaces_come_to_an_end() {
         let less = Simplification::new(&patch.topology, &patch.positions, 0);
         let left = less.simplified(1.0).patch.topology;
         assert_eq!(kind(&left), kind(&patch.topology));
+        assert!(is_simplicial(&left));
     }
 }
 
