@@ -61,7 +61,7 @@ mod tests {
     use rand_pcg::Pcg64;
 
     use super::*;
-    use crate::finish::{FinishConfig, Guidance, finish};
+    use crate::finish::{FinishConfig, Guidance, Marks, Unfinished, finish};
     use crate::metrics::seam_edges;
     use crate::surface::{Components, shapes};
 
@@ -83,8 +83,14 @@ mod tests {
             let component = &components.list[0].mesh;
             let raw = [vec![[0.0; 2]; component.positions().len()]];
             let going = &mut |_| ControlFlow::Continue(());
-            let config = FinishConfig::default();
-            let atlas = finish(&config, &components, &raw, Guidance::None, &[], going);
+            let unfinished = Unfinished {
+                components: &components,
+                raw: &raw,
+                guidance: Guidance::None,
+                squares: &[],
+                marks: &Marks::default(),
+            };
+            let atlas = finish(&FinishConfig::default(), &unfinished, going);
             let uvs = &atlas.components[0].uvs;
             let places = places(component, uvs);
             let is_torn = |t: &usize| {

@@ -234,7 +234,7 @@ fn gain(problem: &Problem, old: &Layout, new: &Layout, bound: f64) -> f64 {
     match after.cmp(&before) {
         Ordering::Less => f64::INFINITY,
         Ordering::Greater => f64::NEG_INFINITY,
-        Ordering::Equal => 1.0 - problem.length_of(new) / problem.length_of(old),
+        Ordering::Equal => 1.0 - problem.cost_of(new) / problem.cost_of(old),
     }
 }
 

@@ -68,7 +68,7 @@ fn a_carried_cut_opens_the_surface_as_before() {
             let coarse = &left.patch;
             let last = coarse.topology.vertices() as u32 - 1;
             let tips = [last / 3, last / 2, last];
-            let cut = cut_to_disk(&coarse.topology, &coarse.lengths, &tips, |_| false);
+            let cut = cut_to_disk(&coarse.topology, &coarse.lengths, &tips);
             let before = kind(&cut.open(&coarse.topology).topology);
             let carried = less.carried(&cut, &left.triangles);
             assert_eq!(kind(&carried.open(&patch.topology).topology), before);
