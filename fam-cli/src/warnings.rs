@@ -1,6 +1,6 @@
 //! What the user has to know about a finished surface.
 
-use fam_core::finish::{Distortion, FinishConfig, FinishedAtlas, Measure};
+use fam_core::finish::{self, Distortion, FinishConfig, FinishedAtlas, Measure};
 use fam_core::metrics::Metrics;
 
 use crate::finish::{Finished, Outcome};
@@ -33,7 +33,9 @@ pub fn warnings(finished: &Finished, mesh: Option<&Metrics>) -> Vec<String> {
 /// The measures that are above what the distortion bound allows.
 fn too_distorted(atlas: &FinishedAtlas, config: &FinishConfig) -> Vec<String> {
     let limits = Distortion::allowed(config.distortion_bound);
-    let all = &atlas.components;
+    // Specks without area have no distortion to speak of.
+    let with_area = |one: &&finish::Finished| one.root_area > 0.0;
+    let all: Vec<&finish::Finished> = atlas.components.iter().filter(with_area).collect();
     Measure::ALL
         .into_iter()
         .filter_map(|measure| {
@@ -104,7 +106,6 @@ fn of_components(some: usize, all: usize) -> String {
 
 #[cfg(test)]
 mod tests {
-    use fam_core::finish;
     use fam_core::surface::UvMap;
 
     use super::*;

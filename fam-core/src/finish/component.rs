@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::creases::crease_costs;
+use super::cut::Cut;
 use super::distortion::Distortion;
 use super::layout::Layout;
 use super::marks::ComponentMarks;
@@ -20,6 +21,10 @@ use crate::surface::TriangleMesh;
 
 /// Components of fewer triangles may take as many steps as one of this many: they are quick.
 const SMALL: u64 = 5_000;
+
+/// What a part of at least this many triangles is divided into is cut anew, on simpler surfaces, rather
+/// than from where it lies: steps over all of it take long.
+const LARGE: usize = 20_000;
 
 /// What the default bound is above the energy of an isometry.
 const USUAL_EXCESS: f64 = 0.1;
@@ -113,11 +118,11 @@ impl Component<'_, '_> {
                 let room = several && most > 1 && self.budget > 0 && self.watch.goes_on();
                 if room && !layout.is_within(self.goal.bound) {
                     let (parts, price) = self.division(&part, &patch, layout);
-                    if whole.distortion.energy - self.goal.bound > price {
+                    let least_bound = whole.distortion.least_bound();
+                    if least_bound - self.goal.bound > price {
                         let charts = self.divided(parts, most);
-                        if charts.len() <= most
-                            && whole.distortion.energy - self.energy(&charts) > price
-                        {
+                        let gain = least_bound - self.distortion(&charts).least_bound();
+                        if charts.len() <= most && gain > price {
                             return charts;
                         }
                     }
@@ -179,6 +184,7 @@ impl Component<'_, '_> {
             placed: None,
         };
         let beyond = match divided_where_overlapping(patch, &free) {
+            Some(beyond) if part.triangles.len() >= LARGE => beyond,
             Some(beyond) => {
                 let chart = chart(&part, patch, &free);
                 let placed = chart.triangles.iter();
@@ -187,11 +193,12 @@ impl Component<'_, '_> {
             }
             None => split(patch),
         };
-        (halves(&part, &beyond), price(patch, &beyond, &self.goal))
+        let price = price(patch, &free.cut, &beyond, &self.goal);
+        (halves(&part, &beyond), price)
     }
 
-    /// The mean energy of charts together.
-    fn energy(&self, charts: &[FlatChart]) -> f64 {
+    /// The distortion of charts together.
+    fn distortion(&self, charts: &[FlatChart]) -> Distortion {
         let all: Vec<(Distortion, f64, usize)> = charts
             .iter()
             .map(|chart| {
@@ -199,7 +206,7 @@ impl Component<'_, '_> {
                 (chart.distortion, areas.sum(), chart.source.len())
             })
             .collect();
-        Distortion::together(&all).energy
+        Distortion::together(&all)
     }
 }
 
@@ -210,12 +217,12 @@ fn corner(part: &Part, patch: &Patch, h: u32) -> usize {
     corners.iter().position(|&c| c == v).unwrap_or(0)
 }
 
-/// What the energy must be above the bound for a division to be worth its seam; no number is
-/// enough where that is forbidden.
-fn price(patch: &Patch, beyond: &[bool], goal: &Goal) -> f64 {
+/// What the energy must be above the bound for a division to be worth the seam that it adds to a
+/// cut; no number is enough where that is forbidden.
+fn price(patch: &Patch, cut: &Cut, beyond: &[bool], goal: &Goal) -> f64 {
     let topology = &patch.topology;
     let across = |h: &u32| {
-        let twin = topology.twin(*h);
+        let twin = topology.twin(*h).filter(|_| !cut.contains(*h));
         twin.is_some_and(|twin| beyond[*h as usize / 3] != beyond[twin as usize / 3])
     };
     let seam = topology.edges().filter(across);

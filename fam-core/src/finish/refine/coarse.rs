@@ -58,19 +58,21 @@ pub(super) fn found(
     let Some(coarse) = cheapest(problem, start, goal, budget, report) else {
         return super::found(problem, start, goal, budget, report);
     };
+    let cost = std::mem::replace(&mut problem.cost, crease_costs(patch));
     problem.injective = true;
-    problem.cost = crease_costs(patch);
-    let within = coarse.layout.is_within(goal.bound);
-    let mut layout = carried(problem, coarse, goal, report)?;
+    let Ok(mut layout) = carried(problem, coarse, goal, budget, report) else {
+        (problem.cost, problem.injective) = (cost, false);
+        return super::found(problem, start, goal, budget, report);
+    };
     let spent = problem.work();
+    let most = budget.min(STEPS * count as u64);
     let mut proceed = |problem: &Problem, layout: &Layout| {
-        report(layout.energy, problem.length_of(layout))
-            && problem.work() - spent < STEPS * count as u64
+        report(layout.energy, problem.length_of(layout)) && problem.work() - spent < most
     };
     if problem.goes_on() && layout.is_within(goal.bound) {
         let mut proceed = |layout: &Layout| proceed(problem, layout);
         layout = shortened(problem, layout, goal.bound, &mut proceed);
-    } else if problem.goes_on() && within {
+    } else if problem.goes_on() {
         let growth = Growth::new(problem);
         layout = completed(problem, &growth, layout, goal, &mut proceed);
     }
@@ -104,7 +106,8 @@ fn cheapest<'a>(
         scope.spawn(move |_| {
             let silent = |_: f64, _: f64| problem.goes_on();
             let restored = others.iter().map(|&size| least.clone().restored(size));
-            for simple in restored.chain([least.clone()]) {
+            let simpler = restored.chain([least.clone()]);
+            for simple in simpler.take_while(|_| problem.goes_on()) {
                 smaller.extend(searched(problem, start, goal, budget, simple, &silent));
             }
         });
@@ -147,7 +150,7 @@ fn searched<'a>(
     let patch = problem.patch;
     let simplified = simplification.simplified(patch.scale);
     let simple = &simplified.patch;
-    let share = budget / patch.areas.len() as u64 * simple.areas.len() as u64;
+    let share = share(budget, patch, simple);
     let costs = carried_costs(problem, simple);
     let mut coarse = Problem::new(simple, costs.clone(), problem.goes_on);
     let map = match start {
@@ -155,7 +158,9 @@ fn searched<'a>(
         Start::Nothing | Start::Layout(_) => None,
     };
     let start = map.as_deref().map_or(Start::Nothing, Start::Map);
-    let layout = super::found(&mut coarse, &start, goal, share, report).ok()?;
+    let layout = super::found(&mut coarse, &start, goal, share, report);
+    problem.charge(coarse.work());
+    let layout = layout.ok()?;
     Some(Coarse {
         simplification,
         costs,
@@ -164,12 +169,18 @@ fn searched<'a>(
     })
 }
 
+/// The budget of a patch for as many steps on a simpler one.
+fn share(budget: u64, patch: &Patch, simple: &Patch) -> u64 {
+    budget / patch.areas.len() as u64 * simple.areas.len() as u64
+}
+
 /// The patch laid out along the cut of a simpler one. Where its energy is above the bound and
 /// that of the simpler one is not, this is made to stay below a lower one.
 fn carried(
     problem: &Problem,
     coarse: Coarse,
     goal: &Goal,
+    budget: u64,
     report: &Report,
 ) -> Result<Layout, SolveError> {
     let Coarse {
@@ -179,13 +190,17 @@ fn carried(
         mut layout,
     } = coarse;
     let simple = Problem::new(&simplified.patch, costs, problem.goes_on);
+    let share = share(budget, problem.patch, &simplified.patch);
     let within = layout.is_within(goal.bound);
     let growth = Growth::new(&simple);
     let mut best: Option<Layout> = None;
     for _ in 0..CORRECTIONS {
         let all = simplification.clone();
         let cut = all.carried(&layout.cut, &simplified.triangles);
-        let straight = straightened_nearby(problem, &cut, goal.bound);
+        let straight = match problem.goes_on() {
+            true => straightened_nearby(problem, &cut, goal.bound),
+            false => cut.clone(),
+        };
         let mut fine = match (problem.flattened(straight, START), &best) {
             (Ok(fine), _) => fine,
             (Err(_), None) => problem.flattened(cut, START)?,
@@ -212,10 +227,12 @@ fn carried(
             bound: lower,
             seam_weight: goal.seam_weight,
         };
-        let mut proceed =
-            |simple: &Problem, layout: &Layout| report(layout.energy, simple.length_of(layout));
+        let mut proceed = |simple: &Problem, layout: &Layout| {
+            report(layout.energy, simple.length_of(layout)) && simple.work() < share
+        };
         layout = completed(&simple, &growth, layout, &tighter, &mut proceed);
     }
+    problem.charge(simple.work());
     best.ok_or(SolveError::NotSimple)
 }
 

@@ -39,6 +39,9 @@ const SHARE_OF_SEARCH: f64 = 0.5;
 /// The share of them after which the cut is not gone over again.
 const SHARE_OF_STEPS: f64 = 0.6;
 
+/// The share of what is left of them in which it is looked for where a part would overlap itself.
+const SHARE_OF_FREEDOM: f64 = 0.3;
+
 /// How often the cut is straightened and gone over.
 const CYCLES: usize = 3;
 
@@ -125,7 +128,7 @@ pub fn without_regard_to_overlaps(
     let cost = patch.without_forbidden(crease_costs(patch));
     let problem = Problem::new(patch, cost, &goes_on);
     let _ = problem.relax(&mut layout, LAST);
-    let limit = *budget;
+    let limit = (SHARE_OF_FREEDOM * *budget as f64) as u64;
     let mut proceed = |problem: &Problem, _: &Layout| problem.goes_on() && problem.work() < limit;
     layout = grown(&problem, &Growth::new(&problem), layout, goal, &mut proceed);
     *budget = budget.saturating_sub(problem.work());
@@ -148,25 +151,28 @@ fn found(
     let mut proceed = |problem: &Problem, layout: &Layout| {
         report(layout.energy, problem.length_of(layout)) && problem.work() < limit.get()
     };
-    let (mut cut, mut given) = match start {
+    problem.injective = true;
+    let mut given = match start {
         Start::Layout(corners) => {
-            problem.injective = true;
             let cut = Cut::between(&patch.topology, corners);
             let layout = Layout::of(&patch.topology, cut.clone(), corners);
-            let taken = problem.taken(&layout, START).map(Ok);
-            let given = taken.unwrap_or_else(|| problem.flattened(cut.clone(), START));
-            (cut, Some(given?))
+            let taken = problem.taken(&layout, START);
+            taken.or_else(|| problem.flattened(cut, START).ok())
         }
-        Start::Nothing | Start::Map(_) => {
+        Start::Nothing | Start::Map(_) => None,
+    };
+    let mut cut = match &given {
+        Some(layout) => layout.cut.clone(),
+        None => {
+            problem.injective = false;
             let rough = searched(problem, &growth, start, goal, &mut proceed)?;
             problem.injective = true;
             if !problem.goes_on() && problem.is_valid(&rough) {
                 return Ok(rough);
             }
-            (rough.cut, None)
+            rough.cut
         }
     };
-    problem.injective = true;
     limit.set(budget);
     // Tears say where to cut; how, their noise says badly.
     problem.cost = patch.without_forbidden(crease_costs(patch));
@@ -228,7 +234,7 @@ fn gain(problem: &Problem, old: &Layout, new: &Layout, bound: f64) -> f64 {
         (true, true) => {}
         (false, true) => return f64::INFINITY,
         (true, false) => return f64::NEG_INFINITY,
-        (false, false) => return old.energy - new.energy,
+        (false, false) => return old.least_bound() - new.least_bound(),
     }
     let [before, after] = [old, new].map(|layout| problem.forbidden_edges(layout));
     match after.cmp(&before) {

@@ -24,7 +24,7 @@ const LEAST_STEPS: usize = 10;
 
 /// Cut patches of at least this many triangles are flattened with `FEW` triangles first, then
 /// with `FINER` times as many at a time.
-const LARGE: usize = 6_000;
+const MANY: usize = 6_000;
 const FEW: usize = 2_500;
 const FINER: usize = 4;
 
@@ -79,6 +79,11 @@ impl<'a> Problem<'a> {
         self.work.load(Ordering::Relaxed)
     }
 
+    /// Adds steps that were taken elsewhere for this.
+    pub fn charge(&self, work: u64) {
+        self.work.fetch_add(work, Ordering::Relaxed);
+    }
+
     /// Whether to look for something better still.
     pub fn goes_on(&self) -> bool {
         (self.goes_on)()
@@ -128,10 +133,13 @@ impl<'a> Problem<'a> {
     /// simpler one.
     pub fn flattened(&self, cut: Cut, effort: Effort) -> Result<Layout, SolveError> {
         let opened = cut.open(&self.patch.topology);
-        let uv = match self.from_simpler(&opened, effort) {
-            Some(uv) => uv,
-            None => self.embedded(&opened)?,
-        };
+        if let Some(uv) = self.from_simpler(&opened, effort) {
+            let mut layout = Layout::new(cut.clone(), opened.clone(), uv);
+            if self.solve(&mut layout, effort, LEAST_STEPS).is_ok() {
+                return Ok(layout);
+            }
+        }
+        let uv = self.embedded(&opened)?;
         let mut layout = Layout::new(cut, opened, uv);
         self.solve(&mut layout, effort, LEAST_STEPS)?;
         Ok(layout)
@@ -148,12 +156,15 @@ impl<'a> Problem<'a> {
     fn from_simpler(&self, opened: &Opened, effort: Effort) -> Option<Vec<[f64; 2]>> {
         let topology = &opened.topology;
         let count = topology.triangles().len();
-        if count < LARGE {
+        if count < MANY {
             return None;
         }
         let at = |&v: &u32| self.patch.positions[v as usize];
         let positions: Vec<[f64; 3]> = opened.source.iter().map(at).collect();
         let mut simpler = Simplification::new(topology, &positions, FEW);
+        if 2 * simpler.triangles() > count {
+            return None;
+        }
         let mut uv = vec![[0.0; 2]; topology.vertices()];
         let mut first = true;
         while simpler.triangles() < count {
@@ -170,7 +181,7 @@ impl<'a> Problem<'a> {
                 problem.taken(&Layout::new(whole, opened, map), LEVEL)?
             };
             first = false;
-            self.work.fetch_add(problem.work(), Ordering::Relaxed);
+            self.charge(problem.work());
             for (q, &v) in layout.uv.iter().zip(&layout.opened.source) {
                 uv[patch.source[v as usize] as usize] = *q;
             }
@@ -322,8 +333,7 @@ impl<'a> Problem<'a> {
     }
 
     fn count(&self, iterations: usize, triangles: usize) {
-        let work = iterations as u64 * triangles as u64;
-        self.work.fetch_add(work, Ordering::Relaxed);
+        self.charge(iterations as u64 * triangles as u64);
     }
 
     /// For every triangle its energy above that of an isometry, times its area.
