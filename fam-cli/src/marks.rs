@@ -146,11 +146,16 @@ impl Marked {
 }
 
 impl MarksReport {
+    /// Whether seams are wanted somewhere.
+    pub fn wants_seams(&self) -> bool {
+        self.wanted > 0
+    }
+
     /// What the user has to know.
     pub fn warnings(&self) -> Vec<String> {
         let cut = (self.forbidden_cut > 0).then(|| {
             let (cut, all) = (self.forbidden_cut, self.forbidden);
-            format!("forbidden edges that had to be cut: {cut} of {all}")
+            format!("forbidden edges that are cut: {cut} of {all}")
         });
         self.unmatched.iter().cloned().chain(cut).collect()
     }

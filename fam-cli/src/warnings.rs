@@ -17,7 +17,14 @@ pub fn warnings(finished: &Finished, mesh: Option<&Metrics>) -> Vec<String> {
     let (Outcome::Mesh { atlas, .. } | Outcome::Cloud { atlas, .. }) = &finished.outcome;
     let config = &finished.config;
     warnings.extend(too_distorted(atlas, config));
-    warnings.extend(too_many_charts(atlas, config));
+    // Wanted seams make as many charts as they do.
+    if !finished
+        .marks
+        .as_ref()
+        .is_some_and(MarksReport::wants_seams)
+    {
+        warnings.extend(too_many_charts(atlas, config));
+    }
     warnings.extend(too_narrow(atlas, config));
     if let Outcome::Cloud { unreached, .. } = finished.outcome
         && unreached > 0

@@ -119,7 +119,7 @@ fn a_cube_is_cut_where_it_is_wanted_and_not_where_it_is_forbidden() {
         "{warnings:?}"
     );
     assert!(
-        warnings[1].contains("had to be cut: 5 of 36"),
+        warnings[1].contains("that are cut: 5 of 36"),
         "{warnings:?}"
     );
     for warning in warnings {

@@ -133,7 +133,7 @@ impl<'a> Problem<'a> {
     /// simpler one.
     pub fn flattened(&self, cut: Cut, effort: Effort) -> Result<Layout, SolveError> {
         let opened = cut.open(&self.patch.topology);
-        if let Some(uv) = self.from_simpler(&opened, effort) {
+        if let Some(uv) = self.prolonged(&opened, effort) {
             let mut layout = Layout::new(cut.clone(), opened.clone(), uv);
             if self.solve(&mut layout, effort, LEAST_STEPS).is_ok() {
                 return Ok(layout);
@@ -153,7 +153,7 @@ impl<'a> Problem<'a> {
 
     /// A layout of a cut patch that is flattened with few triangles first, then with more and
     /// more. `None` if it has few, or that leads to no valid layout.
-    fn from_simpler(&self, opened: &Opened, effort: Effort) -> Option<Vec<[f64; 2]>> {
+    fn prolonged(&self, opened: &Opened, effort: Effort) -> Option<Vec<[f64; 2]>> {
         let topology = &opened.topology;
         let count = topology.triangles().len();
         if count < MANY {

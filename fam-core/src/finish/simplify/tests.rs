@@ -127,12 +127,13 @@ fn a_refined_layout_covers_no_more_than_before() {
 #[test]
 fn degenerate_surfaces_come_to_an_end() {
     let torus = shapes::torus(1.0, 0.4, 20, 12);
-    let points: [fn(&[f64; 3]) -> [f64; 3]; 3] = [
+    type Place = fn(&[f64; 3]) -> [f64; 3];
+    let places: [Place; 3] = [
         |_| [0.5; 3],
         |p| [p[0], 0.0, 0.0],
         |p| [p[0], if p[1] > 0.0 { 0.0 } else { p[1] }, p[2]],
     ];
-    for place in points {
+    for place in places {
         let positions: Vec<[f64; 3]> = torus.positions().iter().map(place).collect();
         let mesh = TriangleMesh::new(positions, torus.triangles().to_vec()).unwrap();
         let patch = Patch::of(&mesh);
