@@ -22,8 +22,8 @@ use crate::surface::TriangleMesh;
 /// Components of fewer triangles may take as many steps as one of this many: they are quick.
 const SMALL: u64 = 5_000;
 
-/// What a part of at least this many triangles is divided into is cut anew, on simpler surfaces, rather
-/// than from where it lies: steps over all of it take long.
+/// What a part of at least this many triangles is divided into is cut anew, on simpler surfaces,
+/// rather than from where it lies: steps over all of it take long.
 const LARGE: usize = 20_000;
 
 /// What the default bound is above the energy of an isometry.

@@ -86,7 +86,7 @@ impl FinishConfig {
 pub enum Guidance {
     /// Edges near the tears of the raw map cost less.
     Tears,
-    /// An edge costs its length.
+    /// An edge costs its length, a little less on a crease.
     None,
 }
 

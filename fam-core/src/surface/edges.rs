@@ -1,3 +1,5 @@
+//! The edges of a mesh, by name.
+
 use std::collections::HashSet;
 
 use super::TriangleMesh;

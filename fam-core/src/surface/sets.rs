@@ -1,3 +1,5 @@
+//! Disjoint sets.
+
 /// Disjoint sets of numbers, each with its lowest as the root.
 pub(crate) struct Sets {
     parents: Vec<u32>,

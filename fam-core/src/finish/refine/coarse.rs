@@ -12,10 +12,11 @@ use super::problem::Problem;
 use super::shorten::shortened;
 use super::{Goal, LAST, Report, START, Start, completed, straightened};
 
-/// Patches of at least this many triangles are simplified to about as many as each of
-/// `SIMPLE`: what is found depends on chance, so the best is taken. The first takes about as
-/// long as the others together.
+/// Patches of at least this many triangles are simplified: a search on fewer is quick.
 const LARGE: usize = 5_000;
+
+/// About how many triangles simpler surfaces have. What is found depends on chance, so the best
+/// of several is taken. The first takes about as long as the others together.
 const SIMPLE: [usize; 3] = [3_000, 2_000, 1_500];
 
 /// How often the bound on the simpler surface is lowered, so that the patch comes within its
@@ -26,9 +27,10 @@ const CORRECTIONS: usize = 4;
 /// again.
 const OVERSHOOT: f64 = 2.0;
 
-/// How far a cut found on the simpler surface may move for its length alone: some of the edges
-/// there; what it costs to go further, as a multiple.
+/// How far a cut found on the simpler surface may move to be cheaper: about an edge there.
 const NEARBY: f64 = 0.02;
+
+/// How many times as much it costs to go further.
 const BEYOND: f64 = 100.0;
 
 /// The share of what the bound is above the energy of an isometry to which that may go.
@@ -236,7 +238,7 @@ fn carried(
     best.ok_or(SolveError::NotSimple)
 }
 
-/// A cut straightened by its length, but so that it stays near to where it is.
+/// A cut straightened by its cost, but so that it stays near to where it is.
 fn straightened_nearby(problem: &Problem, cut: &Cut, bound: f64) -> Cut {
     let topology = &problem.patch.topology;
     let on_cut: Vec<u32> = cut.half_edges().map(|h| topology.origin(h)).collect();
@@ -284,4 +286,46 @@ fn carried_costs(problem: &Problem, simple: &Patch) -> Vec<f64> {
             0.5 * simple.lengths[h as usize] * (rate(ends[0]) + rate(ends[1]))
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface::shapes;
+
+    const GOAL: Goal = Goal {
+        bound: 4.1,
+        seam_weight: 1.0,
+    };
+
+    #[test]
+    fn a_large_patch_is_cut_on_a_simpler_surface_and_laid_out_along_that_cut() {
+        let patch = Patch::of(&shapes::torus(1.0, 0.4, 90, 36));
+        let goes_on = || true;
+        let mut problem = Problem::new(&patch, patch.lengths.clone(), &goes_on);
+        let budget = 700 * patch.areas.len() as u64;
+        let report = |_: f64, _: f64| true;
+        let coarse = cheapest(&problem, &Start::Nothing, &GOAL, budget, &report).unwrap();
+        assert!(coarse.simplified.patch.areas.len() < patch.areas.len() / 2);
+        assert!(coarse.layout.is_within(GOAL.bound));
+        problem.injective = true;
+        let layout = carried(&problem, coarse, &GOAL, budget, &report).unwrap();
+        assert!(problem.is_valid(&layout));
+        assert_eq!(layout.uv.len(), layout.opened.topology.vertices());
+        assert!(layout.energy < 4.2, "{}", layout.energy);
+    }
+
+    #[test]
+    fn small_and_marked_patches_are_cut_as_they_are() {
+        let large = shapes::torus(1.0, 0.4, 90, 36);
+        let marked = Patch::of(&large).forbidding(|a, b| a.min(b) == 0);
+        let small = Patch::of(&shapes::torus(1.0, 0.4, 40, 20));
+        for patch in [marked, small] {
+            let goes_on = || true;
+            let problem = Problem::new(&patch, patch.lengths.clone(), &goes_on);
+            let budget = 700 * patch.areas.len() as u64;
+            let coarse = cheapest(&problem, &Start::Nothing, &GOAL, budget, &|_, _| true);
+            assert!(coarse.is_none());
+        }
+    }
 }

@@ -93,8 +93,8 @@ pub enum Start<'a> {
 
 /// Cuts a patch and lays it out without flipped triangles and overlaps. `cost` is that of a
 /// cut along every half-edge while it is looked for; the seams that are found are straightened
-/// by their length and by creases. Forbidden edges of the patch are cut where there is no other way.
-/// `budget` is how many Newton steps there may be, each times the triangles it is over;
+/// by their length and by creases. Forbidden edges of the patch are cut where there is no other
+/// way. `budget` is how many Newton steps there may be, each times the triangles it is over;
 /// what is used up is taken off. `watch` sees what is reached on the way; after it says no, what
 /// there is is brought to a valid end.
 ///

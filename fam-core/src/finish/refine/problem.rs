@@ -1,3 +1,5 @@
+//! A patch that is to be laid out, and the solves that do it.
+
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::super::cut::Cut;

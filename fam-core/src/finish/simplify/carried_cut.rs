@@ -1,12 +1,13 @@
+//! A cut of what is left, carried back to the whole surface.
+
 use super::Simplification;
 use super::collapse::{Collapse, Wing};
 use crate::finish::cut::Cut;
 use crate::surface::vector::{length, sub};
 
 impl Simplification<'_> {
-    /// The cut of the surface as it was that a cut of what is left becomes: it opens it to the same
-    /// pieces.
-    /// `triangles` has that of the surface for every one that is left.
+    /// The cut of the surface as it was that a cut of what is left becomes: it opens it to the
+    /// same pieces. `triangles` has that of the surface for every one that is left.
     pub fn carried(mut self, cut: &Cut, triangles: &[u32]) -> Cut {
         let mut is_cut = vec![false; self.surface.half_edges() as usize];
         for h in cut.half_edges() {

@@ -1,3 +1,5 @@
+//! Moving a vertex into a neighbour, and undoing it.
+
 use super::super::topology::{Topology, next, previous};
 use super::{LEAST_COSINE, LEAST_QUALITY, NONE};
 use crate::surface::vector::{cross, dot, length, sub};

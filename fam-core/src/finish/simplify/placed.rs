@@ -1,3 +1,5 @@
+//! Places in the plane for the vertices that come back.
+
 use super::Simplification;
 use super::collapse::Collapse;
 use crate::finish::solve::orientation::first_flipped;

@@ -1,3 +1,5 @@
+//! Squared distances from planes.
+
 use crate::surface::vector::{cross, dot, length, scale, sub};
 
 /// A sum of squared distances from planes, each times an area.
