@@ -7,6 +7,7 @@
 pub mod disk;
 pub mod paths;
 pub mod segments;
+pub mod smooth;
 pub mod straighten;
 
 mod branch_points;

@@ -80,6 +80,11 @@ impl EdgeGraph {
         &self.steps[self.starts[v as usize] as usize..self.starts[v as usize + 1] as usize]
     }
 
+    /// The half-edges that lead away from a vertex, each with the vertex that it leads to.
+    pub(super) fn leaving(&self, v: u32) -> impl Iterator<Item = (u32, u32)> + '_ {
+        self.steps(v).iter().map(|step| (step.half_edge, step.to))
+    }
+
     fn vertices(&self) -> usize {
         self.starts.len() - 1
     }

@@ -2,7 +2,6 @@
 
 use super::super::creases::crease_costs;
 use super::super::cut::Cut;
-use super::super::cut::paths::distances;
 use super::super::layout::Layout;
 use super::super::patch::Patch;
 use super::super::simplify::{Simplification, Simplified};
@@ -10,7 +9,8 @@ use super::super::solve::SolveError;
 use super::grow::Growth;
 use super::problem::Problem;
 use super::shorten::shortened;
-use super::{Goal, LAST, Report, START, Start, completed, straightened};
+use super::tidy::{smoothed, straightened_nearby};
+use super::{Goal, LAST, Report, START, Start, completed};
 
 /// Patches of at least this many triangles are simplified: a search on fewer is quick.
 const LARGE: usize = 5_000;
@@ -27,11 +27,9 @@ const CORRECTIONS: usize = 4;
 /// again.
 const OVERSHOOT: f64 = 2.0;
 
-/// How far a cut found on the simpler surface may move to be cheaper: about an edge there.
-const NEARBY: f64 = 0.02;
-
-/// How many times as much it costs to go further.
-const BEYOND: f64 = 100.0;
+/// By how much a smoothed cut may miss the bound, as a share of what that is above the energy of
+/// an isometry: so little is soon made up for by cutting further.
+const SLACK: f64 = 0.05;
 
 /// The share of what the bound is above the energy of an isometry to which that may go.
 const LEAST_EXCESS: f64 = 0.3;
@@ -199,19 +197,12 @@ fn carried(
     for _ in 0..CORRECTIONS {
         let all = simplification.clone();
         let cut = all.carried(&layout.cut, &simplified.triangles);
-        let straight = match problem.goes_on() {
-            true => straightened_nearby(problem, &cut, goal.bound),
-            false => cut.clone(),
-        };
-        let mut fine = match (problem.flattened(straight, START), &best) {
+        let fine = match (along(problem, cut, goal.bound, report), &best) {
             (Ok(fine), _) => fine,
-            (Err(_), None) => problem.flattened(cut, START)?,
+            (Err(error), None) => return Err(error),
             (Err(_), Some(_)) => break,
         };
-        if problem.goes_on() {
-            let _ = problem.relax(&mut fine, LAST);
-        }
-        report(fine.energy, problem.length_of(&fine));
+        let enough = is_about_within(&fine, goal.bound);
         let missing = fine.least_bound() - goal.bound;
         if best
             .as_ref()
@@ -222,7 +213,7 @@ fn carried(
         let lowest = 4.0 + LEAST_EXCESS * (goal.bound - 4.0);
         let lower = layout.least_bound().min(goal.bound) - OVERSHOOT * missing;
         let lower = lower.max(lowest);
-        if missing <= 0.0 || !within || layout.is_within(lower) || !problem.goes_on() {
+        if enough || !within || layout.is_within(lower) || !problem.goes_on() {
             break;
         }
         let tighter = Goal {
@@ -238,19 +229,38 @@ fn carried(
     best.ok_or(SolveError::NotSimple)
 }
 
-/// A cut straightened by its cost, but so that it stays near to where it is.
-fn straightened_nearby(problem: &Problem, cut: &Cut, bound: f64) -> Cut {
-    let topology = &problem.patch.topology;
-    let on_cut: Vec<u32> = cut.half_edges().map(|h| topology.origin(h)).collect();
-    let away = distances(topology, &problem.patch.lengths, &on_cut);
-    let is_near = |v: u32| away[v as usize] <= NEARBY;
-    let cost: Vec<f64> = (0..topology.half_edges())
-        .map(|h| {
-            let near = is_near(topology.origin(h)) && is_near(topology.target(h));
-            problem.cost[h as usize] * if near { 1.0 } else { BEYOND }
-        })
-        .collect();
-    straightened(problem.patch, &cost, cut, bound)
+/// The patch laid out along a cut that is straightened, and smoothed if it comes within the bound
+/// with that; with neither where there is no layout otherwise.
+fn along(problem: &Problem, cut: Cut, bound: f64, report: &Report) -> Result<Layout, SolveError> {
+    let laid_out = |cut: Cut| {
+        let mut layout = problem.flattened(cut, START)?;
+        if problem.goes_on() {
+            let _ = problem.relax(&mut layout, LAST);
+        }
+        report(layout.energy, problem.length_of(&layout));
+        Ok(layout)
+    };
+    if !problem.goes_on() {
+        return laid_out(cut);
+    }
+    let straight = straightened_nearby(problem, &cut, bound);
+    let smooth = laid_out(smoothed(problem, &straight, bound));
+    if smooth
+        .as_ref()
+        .is_ok_and(|layout| is_about_within(layout, bound))
+    {
+        return smooth;
+    }
+    let straight = laid_out(straight);
+    match (smooth, straight) {
+        (Ok(one), Ok(other)) if one.least_bound() < other.least_bound() => Ok(one),
+        (one, other) => other.or(one).or_else(|_: SolveError| laid_out(cut)),
+    }
+}
+
+/// Whether the bound is missed by little at most.
+fn is_about_within(layout: &Layout, bound: f64) -> bool {
+    layout.least_bound() <= bound + SLACK * (bound - 4.0)
 }
 
 /// A coordinate for every half-edge of a simpler surface: that of a patch's at the same vertex.

@@ -10,15 +10,15 @@ mod coarse;
 mod grow;
 mod problem;
 mod shorten;
+mod tidy;
 
 use std::cell::Cell;
 use std::cmp::Ordering;
 
-use super::creases::{corners, crease_costs};
+use super::creases::crease_costs;
 use super::cut::Cut;
 use super::cut::disk::cut_to_disk;
-use super::cut::segments::{BranchKind, branches};
-use super::cut::straighten::straighten;
+
 use super::layout::Layout;
 use super::patch::Patch;
 use super::solve::SolveError;
@@ -26,6 +26,7 @@ use super::watch::Watch;
 use grow::Growth;
 use problem::{Effort, Problem};
 use shorten::shortened;
+use tidy::straightened;
 
 /// Rounds of cuts at most.
 const ROUNDS: usize = 60;
@@ -282,17 +283,4 @@ fn completed(
         });
     }
     layout
-}
-
-/// The cut made shorter, by what it costs along every half-edge, without moving its ends or leaving
-/// out sharp corners.
-fn straightened(patch: &Patch, cost: &[f64], cut: &Cut, bound: f64) -> Cut {
-    let topology = &patch.topology;
-    let pinned: Vec<u32> = branches(topology, cut, |_| false)
-        .iter()
-        .filter(|branch| branch.kind == BranchKind::Slit)
-        .flat_map(|slit| [slit.root(topology), slit.tip(topology)])
-        .chain(corners(patch, bound))
-        .collect();
-    straighten(topology, cost, cut, &pinned)
 }
