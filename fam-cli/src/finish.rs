@@ -4,8 +4,8 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use fam_core::finish::{
-    FinishConfig, FinishProgress, FinishedAtlas, FinishedCloud, Guidance, Marks, Unfinished,
-    finish, finish_cloud,
+    FinishConfig, FinishProgress, FinishedAtlas, FinishedCloud, Guidance, Unfinished, finish,
+    finish_cloud,
 };
 use fam_core::seams::{SeamRule, SeamThreshold, Seams};
 use fam_core::surface::{Components, PointCloud, Surface, SurfaceError, UvMap};
@@ -23,8 +23,8 @@ pub struct Finish<'a> {
     pub surface: &'a Surface,
     /// The UV square of every label.
     pub squares: &'a [u32],
-    /// What the user marked on the mesh.
-    pub marked: Option<&'a Marked>,
+    /// Where the mesh is to be cut and where not.
+    pub marked: &'a Marked,
     pub seam_rule: SeamRule,
     pub quiet: bool,
     pub stop: &'a AtomicBool,
@@ -79,19 +79,18 @@ impl Finish<'_> {
         if self.settings.mode == FinishMode::None {
             return Ok(left(flattened, Uvs::Mesh(raw)));
         }
-        let none = Marks::default();
         let unfinished = Unfinished {
             components,
             raw: &flattened.uvs,
             guidance: Guidance::Tears,
             squares: self.squares,
-            marks: self.marked.map_or(&none, |marked| &marked.marks),
+            marks: &self.marked.marks,
         };
         let watched = Watched::new(self.quiet, self.stop);
         let atlas = watched.mesh(&self.settings.config, &unfinished);
         let maps: Vec<UvMap> = atlas.components.iter().map(|c| c.uvs.clone()).collect();
         let seams = Seams::of_components(components, &maps, &flattened.cuts)?;
-        let marks = self.marked.map(|marked| marked.report(&seams.edges));
+        let marks = self.marked.report(&seams.edges);
         Ok(Layout {
             uvs: Uvs::Mesh(components.uv_map(&maps)?),
             seams,

@@ -1,10 +1,11 @@
-//! Edges that the user marked: where to cut, and where not to.
+//! Where the mesh is to be cut and where it is not: edges that the user marked, and polygons.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use fam_core::finish::Marks;
-use fam_core::surface::{Edges, Surface};
+use fam_core::surface::{Edges, Surface, TriangleMesh};
+use fam_io::Document;
 use fam_io::marks::MarkedEdges;
 use serde::Serialize;
 
@@ -30,8 +31,10 @@ struct MarkFile {
 #[derive(Debug, Default)]
 pub struct Marked {
     pub marks: Marks,
+    /// Whether there are any of the user's.
+    by_user: bool,
     /// Files of which some edges are none of the mesh, a sentence for each.
-    pub unmatched: Vec<String>,
+    unmatched: Vec<String>,
 }
 
 /// What came of marks.
@@ -70,28 +73,32 @@ impl MarkFiles {
         })
     }
 
-    /// What they mark on a surface; nothing if there are none.
-    pub fn on(&self, surface: &Surface) -> Result<Option<Marked>, Failure> {
-        let Some(option) = self.option() else {
-            return Ok(None);
+    /// What they and its polygons mark on a surface.
+    pub fn on(&self, document: &Document) -> Result<Marked, Failure> {
+        let mesh = match (document.surface(), self.option()) {
+            (Surface::Mesh(mesh), _) => mesh,
+            (Surface::PointCloud(_), None) => return Ok(Marked::default()),
+            (Surface::PointCloud(_), Some(option)) => {
+                let reason = format!("a point cloud has no edges that {option} could mark");
+                return Err(Failure::input(reason));
+            }
         };
-        let Surface::Mesh(mesh) = surface else {
-            let reason = format!("a point cloud has no edges that {option} could mark");
-            return Err(Failure::input(reason));
-        };
-        let mut marked = Marked::default();
+        let mut unmatched = Vec::new();
         let mut edges = |file: &Option<MarkFile>| -> Result<Vec<[u32; 2]>, Failure> {
             let Some(file) = file else {
                 return Ok(Vec::new());
             };
             let found = MarkedEdges::from_bytes(&file.bytes, mesh)
                 .map_err(|fault| file.failure(&fault.to_string()))?;
-            marked.unmatched.extend(file.unmatched(&found));
+            unmatched.extend(file.unmatched(&found));
             Ok(found.edges)
         };
         let (wanted, forbidden) = (edges(&self.wanted)?, edges(&self.forbidden)?);
-        marked.marks = Marks::new(&Edges::of(mesh), &wanted, &forbidden);
-        Ok(Some(marked))
+        Ok(Marked {
+            marks: marks(mesh, &wanted, &forbidden, document),
+            by_user: self.option().is_some(),
+            unmatched,
+        })
     }
 
     fn all(&self) -> impl Iterator<Item = &MarkFile> {
@@ -128,21 +135,50 @@ impl MarkFile {
 }
 
 impl Marked {
-    /// Half a line on what is marked.
-    pub fn summary(&self) -> String {
-        let [wanted, forbidden] = [self.marks.wanted(), self.marks.forbidden()].map(<[_]>::len);
-        format!("seams are wanted along {wanted} edges and forbidden along {forbidden}")
+    /// What the polygons of a mesh mark on it.
+    pub fn by_polygons(document: &Document, mesh: &TriangleMesh) -> Self {
+        Self {
+            marks: marks(mesh, &[], &[], document),
+            ..Self::default()
+        }
     }
 
-    /// What came of the marks on a mesh with these seams.
-    pub fn report(&self, seams: &[[u32; 2]]) -> MarksReport {
-        MarksReport {
+    /// Half a line on what the user marked, if anything.
+    pub fn summary(&self) -> Option<String> {
+        let [wanted, forbidden] = [self.marks.wanted(), self.marks.forbidden()].map(<[_]>::len);
+        let summary =
+            || format!("seams are wanted along {wanted} edges and forbidden along {forbidden}");
+        self.by_user.then(summary)
+    }
+
+    /// What came of the user's marks, if there are any, on a mesh with these seams.
+    pub fn report(&self, seams: &[[u32; 2]]) -> Option<MarksReport> {
+        let report = || MarksReport {
             wanted: self.marks.wanted().len(),
             forbidden: self.marks.forbidden().len(),
             forbidden_cut: self.marks.forbidden_among(seams),
             unmatched: self.unmatched.clone(),
-        }
+        };
+        self.by_user.then(report)
     }
+}
+
+/// Marked edges of a mesh whose polygons are to stay whole.
+fn marks(
+    mesh: &TriangleMesh,
+    wanted: &[[u32; 2]],
+    forbidden: &[[u32; 2]],
+    document: &Document,
+) -> Marks {
+    let diagonals = document.diagonals();
+    if [wanted, forbidden, diagonals]
+        .iter()
+        .all(|edges| edges.is_empty())
+    {
+        return Marks::default();
+    }
+    let edges = Edges::of(mesh);
+    Marks::new(&edges, wanted, forbidden).with_diagonals(&edges, diagonals)
 }
 
 impl MarksReport {

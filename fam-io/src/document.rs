@@ -85,6 +85,7 @@ pub struct Document {
     surface: Surface,
     uvs: Option<Uvs>,
     labels: Labels,
+    diagonals: Vec<[u32; 2]>,
     source: Source,
 }
 
@@ -163,6 +164,7 @@ pub(crate) struct Parsed<S> {
     pub surface: Surface,
     pub uvs: Option<Uvs>,
     pub labels: Labels,
+    pub diagonals: Vec<[u32; 2]>,
     pub source: S,
 }
 
@@ -236,6 +238,7 @@ impl<S> Parsed<S> {
             labels: self.labels.with_objects_apart(&self.surface),
             surface: self.surface,
             uvs: self.uvs,
+            diagonals: self.diagonals,
             source: source(self.source),
         }
     }
@@ -248,6 +251,7 @@ impl Document {
             surface,
             uvs: None,
             labels: Labels::default(),
+            diagonals: Vec::new(),
             source: Source::None,
         }
     }
@@ -284,6 +288,12 @@ impl Document {
     /// What the triangles of the mesh belong to.
     pub fn labels(&self) -> &Labels {
         &self.labels
+    }
+
+    /// The edges of triangles that are none in the file: there, what is on both sides is one
+    /// polygon. Each by its vertices.
+    pub fn diagonals(&self) -> &[[u32; 2]] {
+        &self.diagonals
     }
 
     /// The files beside this one that what is written is made of as well: buffers and images

@@ -93,6 +93,7 @@ pub(crate) fn parse(content: Content) -> Result<Parsed<Source>, ReadFault> {
         uvs: read::uvs(package, &geometry, &surface),
         labels: read::labels(package, &geometry),
         surface,
+        diagonals: Vec::new(),
         source: Source {
             loaded,
             geometry,

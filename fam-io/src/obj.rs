@@ -101,6 +101,7 @@ pub(crate) fn parse(content: Content) -> Result<Parsed<Source>, ReadFault> {
         surface,
         uvs,
         labels,
+        diagonals: faces.vertices.diagonals(),
         source: Source {
             content,
             fingerprint: model.fingerprint,

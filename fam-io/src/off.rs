@@ -145,6 +145,7 @@ pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
         surface,
         uvs,
         labels: Labels::default(),
+        diagonals: polygons.diagonals(),
         source: Source {
             letters,
             keyword,

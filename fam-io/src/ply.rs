@@ -108,6 +108,7 @@ pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
         surface,
         uvs,
         labels: Labels::default(),
+        diagonals: source.polygons.diagonals(),
         source,
     })
 }

@@ -43,6 +43,15 @@ impl Polygons {
     pub fn triangles(&self) -> Vec<[u32; 3]> {
         self.iter().flat_map(fan).collect()
     }
+
+    /// The edges along which fans divide their polygons.
+    pub fn diagonals(&self) -> Vec<[u32; 2]> {
+        let across = |face: &[u32]| -> Vec<[u32; 2]> {
+            let inner = 2..face.len() - 1;
+            inner.map(|k| [face[0], face[k]]).collect()
+        };
+        self.iter().flat_map(across).collect()
+    }
 }
 
 /// A vertex of a face by its index in a file that counts from 0.
@@ -177,6 +186,8 @@ mod tests {
         let mut polygons = square();
         polygons.push([4, 1, 0]);
         assert_eq!(polygons.triangles(), [[0, 1, 2], [0, 2, 3], [4, 1, 0]]);
+        polygons.push([4, 5, 6, 7, 8]);
+        assert_eq!(polygons.diagonals(), [[0, 2], [4, 6], [4, 7]]);
         assert_eq!(
             polygons.iter().collect::<Vec<_>>(),
             [&[0, 1, 2, 3][..], &[4, 1, 0]]

@@ -45,6 +45,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Parsed<Source>, ReadFault> {
         surface: surface(facets.positions, &facets.polygons, None)?,
         uvs: None,
         labels,
+        diagonals: Vec::new(),
         source: Source,
     })
 }

@@ -129,6 +129,7 @@ pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
         surface,
         uvs,
         labels: Labels::default(),
+        diagonals: Vec::new(),
         source: Source {
             bytes,
             points,

@@ -127,6 +127,55 @@ fn a_cube_is_cut_where_it_is_wanted_and_not_where_it_is_forbidden() {
     }
 }
 
+/// A torus of squares, as its triangles come two by two.
+#[test]
+fn polygons_are_not_cut_across() {
+    let folder = tempfile::tempdir().unwrap();
+    let torus = shapes::torus(1.0, 0.4, 24, 12);
+    let squares: Vec<[u32; 4]> = torus
+        .triangles()
+        .chunks(2)
+        .map(|pair| {
+            let [a, b, c] = pair[0];
+            let d = pair[1].into_iter().find(|v| !pair[0].contains(v)).unwrap();
+            let lies_between = |p: &u32, q: &u32| pair[1].contains(p) && pair[1].contains(q);
+            match (lies_between(&a, &b), lies_between(&b, &c)) {
+                (true, _) => [a, d, b, c],
+                (_, true) => [a, b, d, c],
+                _ => [a, b, c, d],
+            }
+        })
+        .collect();
+    let mut text = String::new();
+    for [x, y, z] in torus.positions() {
+        writeln!(text, "v {x:.6} {y:.6} {z:.6}").unwrap();
+    }
+    for square in &squares {
+        let [a, b, c, d] = square.map(|v| v + 1);
+        writeln!(text, "f {a} {b} {c} {d}").unwrap();
+    }
+    fs::write(folder.path().join("torus.obj"), text).unwrap();
+    let run = succeeds(folder.path(), &brief(&["torus.obj"]));
+    assert!(!run.stderr.contains("forbidden"), "{}", run.stderr);
+    let seams = read(&folder.path().join("torus.fam/seams.json"));
+    let seams: Vec<[u32; 2]> = serde_json::from_value(seams["edges"].clone()).unwrap();
+    assert!(seams.len() > 30);
+    let sides = |&[a, b, c, d]: &[u32; 4]| [[a, b], [b, c], [c, d], [d, a]];
+    let is_side = |seam: &[u32; 2]| {
+        let of = |square| {
+            sides(square)
+                .iter()
+                .any(|&[a, b]| [a.min(b), a.max(b)] == *seam)
+        };
+        squares.iter().any(of)
+    };
+    assert!(seams.iter().all(is_side), "{seams:?}");
+    let written = fs::read_to_string(folder.path().join("torus.fam/torus.obj")).unwrap();
+    let faces = written.lines().filter(|line| line.starts_with("f "));
+    assert!(faces.clone().count() == squares.len());
+    assert!(faces.into_iter().all(|face| face.split(' ').count() == 5));
+}
+
 #[test]
 fn marks_without_use_are_refused() {
     let folder = tempfile::tempdir().unwrap();

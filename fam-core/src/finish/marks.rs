@@ -10,26 +10,32 @@ use crate::surface::{Component, Edges};
 ///
 /// The mesh is cut along all wanted edges; those in its interior that would stay closed, since
 /// they lie alone, take a neighbour with them. Along forbidden edges it is cut only where
-/// there is no other way to a valid layout, or where they are wanted as well.
+/// there is no other way to a valid layout, or where they are wanted as well. The diagonals of
+/// polygons are no edges to somebody who knows the polygons, and are avoided in the same way.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Marks {
     wanted: Vec<[u32; 2]>,
     forbidden: Vec<[u32; 2]>,
+    diagonals: Vec<[u32; 2]>,
 }
 
 impl Marks {
     /// Marks on the edges of a mesh, each by its vertices in any order. Pairs of vertices that
     /// are no edge are left out.
     pub fn new(edges: &Edges, wanted: &[[u32; 2]], forbidden: &[[u32; 2]]) -> Self {
-        let known = |marked: &[[u32; 2]]| {
-            let mut found: Vec<[u32; 2]> = marked.iter().filter_map(|&e| edges.find(e)).collect();
-            found.sort_unstable();
-            found.dedup();
-            found
-        };
         Self {
-            wanted: known(wanted),
-            forbidden: known(forbidden),
+            wanted: known(edges, wanted),
+            forbidden: known(edges, forbidden),
+            diagonals: Vec::new(),
+        }
+    }
+
+    /// The same, and polygons are kept whole: of their triangles the common edges, each by its
+    /// vertices in any order.
+    pub fn with_diagonals(self, edges: &Edges, diagonals: &[[u32; 2]]) -> Self {
+        Self {
+            diagonals: known(edges, diagonals),
+            ..self
         }
     }
 
@@ -70,12 +76,21 @@ impl Marks {
         };
         ComponentMarks {
             wanted: on(&self.wanted),
-            forbidden: on(&self.forbidden),
+            forbidden: &on(&self.forbidden) | &on(&self.diagonals),
         }
     }
 }
 
-/// The marks on the mesh of a component, by its vertices, the smaller first.
+/// The edges among pairs of vertices, each once, ascending.
+fn known(edges: &Edges, marked: &[[u32; 2]]) -> Vec<[u32; 2]> {
+    let mut found: Vec<[u32; 2]> = marked.iter().filter_map(|&e| edges.find(e)).collect();
+    found.sort_unstable();
+    found.dedup();
+    found
+}
+
+/// The marks on the mesh of a component, by its vertices, the smaller first. Diagonals count as
+/// forbidden.
 #[derive(Debug, Default)]
 pub(super) struct ComponentMarks {
     pub(super) wanted: HashSet<[u32; 2]>,

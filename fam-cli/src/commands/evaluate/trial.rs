@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use burn::tensor::backend::AutodiffBackend;
 use fam_core::atlas::Atlas;
-use fam_core::finish::{FinishConfig, Guidance, Marks, Unfinished};
+use fam_core::finish::{FinishConfig, Guidance, Unfinished};
 use fam_core::metrics::Metrics;
 use fam_core::seams::SeamRule;
 use fam_core::surface::{Components, Surface, SurfaceError, TriangleMesh, UvMap};
@@ -15,6 +15,7 @@ use crate::backend::{Backend, Job};
 use crate::failure::Failure;
 use crate::finish::Watched;
 use crate::flatten::Flatten;
+use crate::marks::Marked;
 use crate::surface::Parting;
 
 /// The distortion bound of the last row.
@@ -58,7 +59,8 @@ impl Trial<'_> {
             Source::Model(model) => self.load(model, mesh, &parting),
         };
         let raw = raw.map_err(|failure| failure.of(&name))?;
-        let rows = self.rows(mesh, &raw);
+        let marked = Marked::by_polygons(&document, mesh);
+        let rows = self.rows(mesh, &raw, &marked);
         Ok(Outcome::Done {
             training_seconds: raw.training_seconds,
             rows: rows.map_err(|error| Failure::input(error).of(&name))?,
@@ -102,7 +104,12 @@ impl Trial<'_> {
         })
     }
 
-    fn rows(&self, mesh: &TriangleMesh, raw: &Raw) -> Result<Vec<Row>, SurfaceError> {
+    fn rows(
+        &self,
+        mesh: &TriangleMesh,
+        raw: &Raw,
+        marked: &Marked,
+    ) -> Result<Vec<Row>, SurfaceError> {
         let components = &raw.components;
         let measure = |maps: &[UvMap]| Metrics::measure(mesh, &components.uv_map(maps)?);
         let mut rows = vec![Row {
@@ -127,7 +134,7 @@ impl Trial<'_> {
                 raw: &raw.uvs,
                 guidance,
                 squares: &[],
-                marks: &Marks::default(),
+                marks: &marked.marks,
             };
             let atlas = watched.mesh(config, &unfinished);
             let seconds = started.elapsed().as_secs_f64();

@@ -107,15 +107,15 @@ impl Run {
         let surface = document.surface();
         let marked = self
             .marks
-            .on(surface)
+            .on(document)
             .map_err(|failure| failure.of(input))?;
         output
             .prepare(document, path)
             .map_err(|failure| failure.of(input))?;
         if !arguments.quiet {
             eprintln!("{input}: {}; on {}", describe(surface), self.backend);
-            if let Some(marked) = &marked {
-                eprintln!("{}", marked.summary());
+            if let Some(summary) = marked.summary() {
+                eprintln!("{summary}");
             }
         }
         let parting = Parting::of(document.labels(), arguments.per_material);
@@ -143,7 +143,7 @@ impl Run {
             settings: &self.config.finish,
             surface,
             squares: &parting.squares,
-            marked: marked.as_ref(),
+            marked: &marked,
             seam_rule: arguments.seam_rule.into(),
             quiet: arguments.quiet,
             stop: &self.stop,

@@ -207,3 +207,38 @@ fn heap(random: &mut Pcg64) -> TriangleMesh {
         .collect();
     TriangleMesh::new(positions, triangles).unwrap()
 }
+
+/// Also where they are too many to be searched as they are.
+#[test]
+fn polygons_stay_whole() {
+    for torus in [torus(1.0, 0.4, 24, 12), torus(1.0, 0.4, 72, 36)] {
+        let common = |pair: &[[u32; 3]]| {
+            let shared: Vec<u32> = pair[0]
+                .into_iter()
+                .filter(|v| pair[1].contains(v))
+                .collect();
+            [shared[0].min(shared[1]), shared[0].max(shared[1])]
+        };
+        let diagonals: Vec<[u32; 2]> = torus.triangles().chunks(2).map(common).collect();
+        let task = Task {
+            diagonals: &diagonals,
+            ..Task::default()
+        };
+        let outcome = task.run(&torus);
+        assert_eq!((outcome.charts(), outcome.forbidden_cut()), (1, 0));
+        let seams = outcome.seam_edges();
+        assert!(seams.len() > 40);
+        assert!(diagonals.iter().all(|edge| !seams.contains(edge)));
+        let triangles = Task::default().run(&torus).seam_edges();
+        assert!(diagonals.iter().any(|edge| triangles.contains(edge)));
+    }
+}
+
+#[test]
+fn a_large_mesh_is_cut_beside_what_is_forbidden() {
+    let sphere = sphere(24);
+    let upper = edges_where(&sphere, |ends| ends.iter().all(|p| p[2] > 0.2));
+    let outcome = forbidding(&sphere, &upper);
+    assert_eq!(outcome.forbidden_cut(), 0);
+    assert!(outcome.seam_length() > 0.5);
+}

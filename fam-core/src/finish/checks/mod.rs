@@ -36,6 +36,7 @@ struct Task<'a> {
     squares: &'a [u32],
     wanted: &'a [[u32; 2]],
     forbidden: &'a [[u32; 2]],
+    diagonals: &'a [[u32; 2]],
     observe: &'a (dyn Fn(FinishProgress) -> ControlFlow<()> + Sync),
 }
 
@@ -49,6 +50,7 @@ impl Default for Task<'_> {
             squares: &[],
             wanted: &[],
             forbidden: &[],
+            diagonals: &[],
             observe: &|_| ControlFlow::Continue(()),
         }
     }
@@ -82,7 +84,9 @@ impl Task<'_> {
             .map(|component| component.vertices.iter().map(of_vertex).collect())
             .collect();
         let observe = &mut |progress| (self.observe)(progress);
-        let marks = Marks::new(&Edges::of(mesh), self.wanted, self.forbidden);
+        let edges = Edges::of(mesh);
+        let marks =
+            Marks::new(&edges, self.wanted, self.forbidden).with_diagonals(&edges, self.diagonals);
         let unfinished = Unfinished {
             components: &components,
             raw: &raw,

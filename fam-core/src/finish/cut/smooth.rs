@@ -142,3 +142,126 @@ impl<T: Fn(u32, u32) -> f64> Way<'_, T> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::topology::Opened;
+    use super::super::disk::cut_to_disk;
+    use super::super::segments::{Branch, CutGraph};
+    use super::super::test_surfaces::{block, cubes, oriented, pierced_plate, random_costs};
+    use super::*;
+    use crate::surface::vector::{dot, sub};
+    use crate::surface::{TriangleMesh, shapes};
+
+    /// What turning costs on a mesh: as much as its angle, of a right one 0.3.
+    fn turning(mesh: &TriangleMesh, topology: &Topology) -> impl Fn(u32, u32) -> f64 {
+        let at = |v: u32| mesh.positions()[v as usize];
+        let along: Vec<[f64; 3]> = (0..topology.half_edges())
+            .map(|h| sub(at(topology.target(h)), at(topology.origin(h))))
+            .collect();
+        move |one, next| {
+            let (a, b) = (along[one as usize], along[next as usize]);
+            0.3 * (1.0 - dot(a, b) / (dot(a, a) * dot(b, b)).sqrt())
+        }
+    }
+
+    fn turns(branch: &Branch, turn: impl Fn(u32, u32) -> f64) -> usize {
+        let pairs = branch.half_edges.windows(2);
+        pairs.filter(|pair| turn(pair[0], pair[1]) > 0.01).count()
+    }
+
+    /// A staircase over a sheet of squares, nine vertices in every column from the third on, whose
+    /// diagonals are forbidden.
+    #[test]
+    fn a_staircase_becomes_two_lines_if_they_are_near() {
+        let mesh = shapes::rectangle(8.0, 8.0, 8, 8);
+        let (sheet, mut cost) = oriented(&mesh);
+        for cost in cost.iter_mut().filter(|cost| **cost > 1.1) {
+            *cost = f64::INFINITY;
+        }
+        let mut stairs = Cut::none(&sheet);
+        for k in 2..7 {
+            let corners = [10 * k, 10 * k + 1, 10 * k + 10];
+            for pair in corners.windows(2) {
+                let h = (0..sheet.half_edges())
+                    .find(|&h| sheet.origin(h) == pair[0] && sheet.target(h) == pair[1]);
+                stairs.add(&sheet, &[h.unwrap()]);
+            }
+        }
+        let turn = turning(&mesh, &sheet);
+        let turns_within = |reach: f64, pinned: &[u32]| {
+            let smooth = smooth(&sheet, &cost, &turn, reach, &stairs, pinned);
+            assert_eq!(smooth.cost(&cost), 10.0);
+            assert_eq!(character(&sheet, &smooth), character(&sheet, &stairs));
+            let branches = branches(&sheet, &smooth, |_| false);
+            assert_eq!(branches.len(), 1);
+            let mut ends = [branches[0].root(&sheet), branches[0].tip(&sheet)];
+            ends.sort_unstable();
+            assert_eq!(ends, [20, 70]);
+            assert!(pinned.iter().all(|&v| smooth.vertices(&sheet)[v as usize]));
+            turns(&branches[0], &turn)
+        };
+        assert_eq!(turns_within(0.0, &[]), 9);
+        assert_eq!(turns_within(20.0, &[]), 1);
+        let near = turns_within(1.0, &[]);
+        assert!((2..7).contains(&near), "{near}");
+        assert_eq!(turns_within(20.0, &[40]), 3);
+    }
+
+    #[test]
+    fn a_ring_stays_around() {
+        let mesh = shapes::open_cylinder(1.0, 3.0, 20, 9);
+        let (cylinder, lengths) = oriented(&mesh);
+        let Opened { source, .. } = Topology::oriented(&mesh);
+        // Ten vertices in every column; the ring goes up and down between two rows.
+        let mut ring = Cut::none(&cylinder);
+        for h in 0..cylinder.half_edges() {
+            let [a, b] = [cylinder.origin(h), cylinder.target(h)].map(|v| source[v as usize]);
+            let row = |v: u32| 4 + (v / 10) % 2;
+            let next = (b / 10 + 20 - a / 10) % 20;
+            let up = next == 0 && [a % 10, b % 10] == [row(a), 9 - row(a)];
+            let around = next == 1 && a % 10 == 9 - row(a) && b % 10 == row(b);
+            if up || around {
+                ring.add(&cylinder, &[h]);
+            }
+        }
+        assert_eq!(character(&cylinder, &ring), (2, 0, 4));
+        let turn = turning(&mesh, &cylinder);
+        let smooth = smooth(&cylinder, &lengths, turn, 1.0, &ring, &[]);
+        assert_eq!(character(&cylinder, &smooth), (2, 0, 4));
+        println!("RING {} {}", smooth.cost(&lengths), ring.cost(&lengths));
+        assert!(smooth.cost(&lengths) < 0.6 * ring.cost(&lengths));
+    }
+
+    #[test]
+    fn random_cuts_open_the_surface_as_before_and_reach_what_they_reached() {
+        let mut changed = 0;
+        for seed in 0..8 {
+            let mut meshes = cubes([4, 3, 3], |[x, y, z]| (x * y * z + x) % 3 != 2);
+            meshes.extend([block(), pierced_plate(2)]);
+            for mesh in meshes {
+                let topology = Topology::oriented(&mesh).topology;
+                let [other, cost] = [2 * seed, 2 * seed + 1].map(|s| random_costs(&topology, s));
+                let pinned = [0, topology.vertices() as u32 / 2];
+                let cut = cut_to_disk(&topology, &other, &pinned);
+                let nodes = |cut: &Cut| -> Vec<u32> {
+                    let graph = CutGraph::of(&topology, cut);
+                    let nodes = graph.vertices().filter(|leaving| leaving.len() != 2);
+                    nodes.map(|leaving| leaving[0].0).collect()
+                };
+                let turn = |a: u32, b: u32| f64::from((a * 7 + b * 13) % 5) * 0.1;
+                let smooth = smooth(&topology, &cost, turn, 2.0, &cut, &pinned);
+                assert_eq!(character(&topology, &smooth), character(&topology, &cut));
+                assert_eq!(nodes(&smooth), nodes(&cut));
+                let [before, after] = [&cut, &smooth].map(|cut| cut.vertices(&topology));
+                assert!(
+                    pinned
+                        .iter()
+                        .all(|&v| before[v as usize] == after[v as usize])
+                );
+                changed += usize::from(smooth != cut);
+            }
+        }
+        assert!(changed > 8, "{changed}");
+    }
+}

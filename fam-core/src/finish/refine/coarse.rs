@@ -58,11 +58,15 @@ pub(super) fn found(
     let Some(coarse) = cheapest(problem, start, goal, budget, report) else {
         return super::found(problem, start, goal, budget, report);
     };
-    let cost = std::mem::replace(&mut problem.cost, crease_costs(patch));
+    let own = patch.without_forbidden(crease_costs(patch));
+    let cost = std::mem::replace(&mut problem.cost, own);
     problem.injective = true;
-    let Ok(mut layout) = carried(problem, coarse, goal, budget, report) else {
-        (problem.cost, problem.injective) = (cost, false);
-        return super::found(problem, start, goal, budget, report);
+    let mut layout = match carried(problem, coarse, goal, budget, report) {
+        Ok(layout) if problem.forbidden_edges(&layout) == 0 || !problem.goes_on() => layout,
+        _ => {
+            (problem.cost, problem.injective) = (cost, false);
+            return super::found(problem, start, goal, budget, report);
+        }
     };
     let spent = problem.work();
     let most = budget.min(STEPS * count as u64);
@@ -89,9 +93,7 @@ fn cheapest<'a>(
 ) -> Option<Coarse<'a>> {
     let patch = problem.patch;
     let count = patch.topology.triangles().len();
-    // Marks are on edges that a simpler surface does not have.
-    let marked = patch.forbidden.contains(&true);
-    if count < LARGE || marked || matches!(start, Start::Layout(_)) {
+    if count < LARGE || matches!(start, Start::Layout(_)) {
         return None;
     }
     let [first, others @ .., least] = SIMPLE;
@@ -148,10 +150,11 @@ fn searched<'a>(
     report: &Report,
 ) -> Option<Coarse<'a>> {
     let patch = problem.patch;
-    let simplified = simplification.simplified(patch.scale);
+    let mut simplified = simplification.simplified(patch.scale);
+    let costs = carried_costs(problem, &simplified.patch);
+    simplified.patch.forbidden = costs.iter().map(|cost| cost.is_infinite()).collect();
     let simple = &simplified.patch;
     let share = share(budget, patch, simple);
-    let costs = carried_costs(problem, simple);
     let mut coarse = Problem::new(simple, costs.clone(), problem.goes_on);
     let map = match start {
         Start::Map(corners) => Some(carried_map(patch, simple, corners)),
@@ -275,11 +278,13 @@ fn carried_map(patch: &Patch, simple: &Patch, corners: &[[f64; 2]]) -> Vec<[f64;
 }
 
 /// What cuts cost along the half-edges of a simpler surface: as much per length as on average
-/// around the ends of an edge.
+/// around the ends of an edge, along those edges that are not forbidden. Where all are, none is
+/// allowed.
 fn carried_costs(problem: &Problem, simple: &Patch) -> Vec<f64> {
     let patch = problem.patch;
     let mut sums = vec![[0.0; 2]; patch.topology.vertices()];
-    for h in 0..patch.topology.half_edges() {
+    let allowed = |&h: &u32| problem.cost[h as usize].is_finite();
+    for h in (0..patch.topology.half_edges()).filter(allowed) {
         for v in [patch.topology.origin(h), patch.topology.target(h)] {
             let sum = &mut sums[v as usize];
             sum[0] += problem.cost[h as usize];
@@ -288,7 +293,11 @@ fn carried_costs(problem: &Problem, simple: &Patch) -> Vec<f64> {
     }
     let rate = |v: u32| {
         let [cost, length] = sums[simple.source[v as usize] as usize];
-        if length > 0.0 { cost / length } else { 1.0 }
+        if length > 0.0 {
+            cost / length
+        } else {
+            f64::INFINITY
+        }
     };
     (0..simple.topology.half_edges())
         .map(|h| {
@@ -326,16 +335,46 @@ mod tests {
     }
 
     #[test]
-    fn small_and_marked_patches_are_cut_as_they_are() {
-        let large = shapes::torus(1.0, 0.4, 90, 36);
-        let marked = Patch::of(&large).forbidding(|a, b| a.min(b) == 0);
-        let small = Patch::of(&shapes::torus(1.0, 0.4, 40, 20));
-        for patch in [marked, small] {
-            let goes_on = || true;
-            let problem = Problem::new(&patch, patch.lengths.clone(), &goes_on);
-            let budget = 700 * patch.areas.len() as u64;
-            let coarse = cheapest(&problem, &Start::Nothing, &GOAL, budget, &|_, _| true);
-            assert!(coarse.is_none());
+    fn small_patches_are_cut_as_they_are() {
+        let patch = Patch::of(&shapes::torus(1.0, 0.4, 40, 20));
+        let goes_on = || true;
+        let problem = Problem::new(&patch, patch.lengths.clone(), &goes_on);
+        let budget = 700 * patch.areas.len() as u64;
+        let coarse = cheapest(&problem, &Start::Nothing, &GOAL, budget, &|_, _| true);
+        assert!(coarse.is_none());
+    }
+
+    /// The edges that do not exist on the simpler surface included.
+    #[test]
+    fn what_is_forbidden_is_so_on_a_simpler_surface() {
+        let torus = shapes::torus(1.0, 0.4, 90, 36);
+        let is_left = |v: u32| torus.positions()[v as usize][0] < 0.0;
+        let patch = Patch::of(&torus).forbidding(|a, b| is_left(a) && is_left(b));
+        let goes_on = || true;
+        let cost = patch.without_forbidden(patch.lengths.clone());
+        let problem = Problem::new(&patch, cost, &goes_on);
+        let simple = Simplification::new(&patch.topology, &patch.positions, 2_000);
+        let simple = simple.simplified(patch.scale).patch;
+        let costs = carried_costs(&problem, &simple);
+        let mut has_free = vec![false; patch.topology.vertices()];
+        for h in (0..patch.topology.half_edges()).filter(|&h| !patch.forbidden[h as usize]) {
+            has_free[patch.topology.origin(h) as usize] = true;
         }
+        let mut counts = [0; 2];
+        for h in 0..simple.topology.half_edges() {
+            let ends = [simple.topology.origin(h), simple.topology.target(h)];
+            let is_free = ends
+                .iter()
+                .all(|&v| has_free[simple.source[v as usize] as usize]);
+            let expected = if is_free {
+                simple.lengths[h as usize]
+            } else {
+                f64::INFINITY
+            };
+            let cost = costs[h as usize];
+            assert!(cost == expected || (cost / expected - 1.0).abs() < 1e-9);
+            counts[usize::from(is_free)] += 1;
+        }
+        assert!(counts.iter().all(|&count| count > 100));
     }
 }
