@@ -53,6 +53,8 @@ pub struct Problem<'a> {
     /// Whether the boundary must not touch itself.
     pub injective: bool,
     rest: RestShapes,
+    /// The angles of every triangle on the surface.
+    angles: Vec<[f64; 3]>,
     work: AtomicU64,
     /// Whether to look for something better still; asked from any thread.
     pub goes_on: &'a (dyn Fn() -> bool + Sync),
@@ -71,6 +73,7 @@ impl<'a> Problem<'a> {
             cost,
             injective: false,
             rest: RestShapes::new(&corners, Some(1.0)),
+            angles: corners.iter().map(|&corners| angles(corners)).collect(),
             work: AtomicU64::new(0),
             goes_on,
         }
@@ -314,21 +317,18 @@ impl<'a> Problem<'a> {
     }
 
     fn conformality(&self, layout: &Layout) -> f64 {
-        let flat = |q: [f64; 2]| [q[0], q[1], 0.0];
-        let angles = |[a, b, c]: [[f64; 3]; 3]| {
-            [(a, b, c), (b, c, a), (c, a, b)].map(|(at, one, other)| {
-                let (u, v) = (sub(one, at), sub(other, at));
-                length(cross(u, v)).atan2(dot(u, v))
-            })
-        };
         let triangles = layout.opened.topology.triangles();
         let sum: f64 = triangles
             .iter()
-            .zip(self.patch.topology.triangles())
-            .map(|(open, corners)| {
-                let image = angles(open.map(|v| flat(layout.uv[v as usize])));
-                let surface = angles(corners.map(|v| self.patch.positions[v as usize]));
-                (0..3).map(|c| (image[c] - surface[c]).abs()).sum::<f64>()
+            .zip(&self.angles)
+            .map(|(corners, on_surface)| {
+                let flat = corners
+                    .map(|v| layout.uv[v as usize])
+                    .map(|[u, v]| [u, v, 0.0]);
+                let image = angles(flat);
+                (0..3)
+                    .map(|c| (image[c] - on_surface[c]).abs())
+                    .sum::<f64>()
             })
             .sum();
         sum / (3 * triangles.len()) as f64
@@ -348,4 +348,12 @@ impl<'a> Problem<'a> {
             })
             .collect()
     }
+}
+
+/// The angles of a triangle at its corners, by its corners.
+fn angles([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
+    [(a, b, c), (b, c, a), (c, a, b)].map(|(at, one, other)| {
+        let (u, v) = (sub(one, at), sub(other, at));
+        length(cross(u, v)).atan2(dot(u, v))
+    })
 }

@@ -189,24 +189,43 @@ fn upper_columns(
     links: &[[u32; 2]],
     rank: impl Fn(u32) -> usize,
 ) -> (Vec<usize>, Vec<usize>) {
-    let mut pairs: Vec<[u32; 2]> = links
-        .iter()
-        .map(|&[a, b]| {
-            let (a, b) = (rank(a) as u32, rank(b) as u32);
-            [a.max(b), a.min(b)]
-        })
-        .chain((0..nodes as u32).map(|node| [node, node]))
-        .collect();
-    pairs.sort_unstable();
-    pairs.dedup();
+    let ends = |&[a, b]: &[u32; 2]| {
+        let (a, b) = (rank(a), rank(b));
+        (a.max(b), a.min(b))
+    };
+    // A counting sort by columns: this is done for every cut that is tried.
+    let mut ends_of_columns = vec![1; nodes];
+    for link in links {
+        ends_of_columns[ends(link).0] += 1;
+    }
+    let mut sum = 0;
+    for end in &mut ends_of_columns {
+        (*end, sum) = (sum, sum + *end);
+    }
+    let mut all_rows = vec![0; sum];
+    let mut put = |column: usize, row: usize| {
+        let end = &mut ends_of_columns[column];
+        all_rows[*end] = row;
+        *end += 1;
+    };
+    for node in 0..nodes {
+        put(node, node);
+    }
+    for link in links {
+        let (column, row) = ends(link);
+        put(column, row);
+    }
     let mut starts = vec![0; nodes + 1];
-    for &[column, _] in &pairs {
-        starts[column as usize + 1] += 1;
+    let mut rows = Vec::with_capacity(sum);
+    let mut start = 0;
+    for (column, &end) in ends_of_columns.iter().enumerate() {
+        let entries = &mut all_rows[start..end];
+        entries.sort_unstable();
+        rows.extend(entries.chunk_by(|a, b| a == b).map(|same| same[0]));
+        starts[column + 1] = rows.len();
+        start = end;
     }
-    for column in 0..nodes {
-        starts[column + 1] += starts[column];
-    }
-    (starts, pairs.iter().map(|&[_, row]| row as usize).collect())
+    (starts, rows)
 }
 
 /// The place of every node in an order of little fill.

@@ -72,19 +72,39 @@ impl Decomposition {
     fn of(j: &Jacobian) -> Self {
         let rotation = [0.5 * (j[0][0] + j[1][1]), 0.5 * (j[1][0] - j[0][1])];
         let reflection = [0.5 * (j[0][0] - j[1][1]), 0.5 * (j[1][0] + j[0][1])];
-        let turn = rotation[1].atan2(rotation[0]);
-        let mirror = reflection[1].atan2(reflection[0]);
-        let columns = |angle: f64| {
-            let (sin, cos) = angle.sin_cos();
-            [[cos, sin], [-sin, cos]]
-        };
-        let largest = rotation[0].hypot(rotation[1]) + reflection[0].hypot(reflection[1]);
+        let (turn, turning) = unit(rotation);
+        let (mirror, mirroring) = unit(reflection);
+        let left = half_angle(product(turn, mirror));
+        let right = product(left, [turn[0], -turn[1]]);
+        let largest = turning + mirroring;
         Self {
-            left: columns(0.5 * (turn + mirror)),
-            right: columns(0.5 * (mirror - turn)),
+            left: [left, [-left[1], left[0]]],
+            right: [right, [-right[1], right[0]]],
             values: [largest, determinant(j) / largest],
         }
     }
+}
+
+/// The direction of a vector and its length; along the first axis if it has none.
+fn unit([x, y]: [f64; 2]) -> ([f64; 2], f64) {
+    let length = (x * x + y * y).sqrt();
+    if length > 0.0 {
+        ([x / length, y / length], length)
+    } else {
+        ([1.0, 0.0], 0.0)
+    }
+}
+
+/// The unit vector at the sum of the angles of two.
+fn product(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]]
+}
+
+/// The unit vector at half the angle of one, of the sum with the first axis or, if they are
+/// nearly opposite, of that with the second.
+fn half_angle([x, y]: [f64; 2]) -> [f64; 2] {
+    let sum = if x > -0.5 { [1.0 + x, y] } else { [y, 1.0 - x] };
+    unit(sum).0
 }
 
 #[cfg(test)]
