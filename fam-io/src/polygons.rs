@@ -190,7 +190,7 @@ mod tests {
         assert_eq!(polygons.diagonals(), [[0, 2], [4, 6], [4, 7]]);
         assert_eq!(
             polygons.iter().collect::<Vec<_>>(),
-            [&[0, 1, 2, 3][..], &[4, 1, 0]]
+            [&[0, 1, 2, 3][..], &[4, 1, 0], &[4, 5, 6, 7, 8]]
         );
     }
 

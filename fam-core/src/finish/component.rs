@@ -10,7 +10,9 @@ use super::marks::ComponentMarks;
 use super::opening::opened;
 use super::overlap::divided_where_overlapping;
 use super::patch::Patch;
-use super::refine::{Goal, MOST_STEPS, Start, refined, without_regard_to_overlaps};
+use super::refine::{
+    Goal, MOST_STEPS, Start, refined, with_better_angles, without_regard_to_overlaps,
+};
 use super::solve::SolveError;
 use super::solve::rest::RestShapes;
 use super::split::split;
@@ -52,8 +54,8 @@ pub(super) struct Part {
     pub(super) placed: Option<Vec<[[f64; 2]; 3]>>,
 }
 
-/// Cuts a component's mesh into as few charts as it takes and flattens them. `raw` has its
-/// UVs by the network; `marks` says where to cut and where not to; `watch` sees what is reached on
+/// Cuts a component's mesh into as few charts as it takes and flattens them. Where to cut is looked
+/// for at a `share` of what the bound is above the energy of an isometry. `raw` has its UVs by the network; `marks` says where to cut and where not to; `watch` sees what is reached on
 /// the way and says whether to go on refining.
 ///
 /// A part that has no valid layout in one piece is divided, down to single triangles if it must
@@ -61,6 +63,7 @@ pub(super) struct Part {
 /// were free to, as long as there are not too many charts.
 pub fn flat_charts(
     config: &FinishConfig,
+    share: f64,
     mesh: &TriangleMesh,
     raw: &[[f32; 2]],
     guidance: Guidance,
@@ -68,7 +71,7 @@ pub fn flat_charts(
     watch: &Watch,
 ) -> Vec<FlatChart> {
     let goal = Goal {
-        bound: config.distortion_bound,
+        bound: 4.0 + share * (config.distortion_bound - 4.0),
         seam_weight: config.seam_weight,
     };
     // A lower bound takes more cuts.
@@ -76,6 +79,8 @@ pub fn flat_charts(
     let steps = (effort * MOST_STEPS as f64) as u64;
     let mut component = Component {
         goal,
+        bound: config.distortion_bound,
+        allowed: Distortion::allowed(config.distortion_bound),
         raw,
         guidance,
         marks,
@@ -88,7 +93,11 @@ pub fn flat_charts(
 
 /// A component that is being flattened.
 struct Component<'a, 'w> {
+    /// For cutting.
     goal: Goal,
+    bound: f64,
+    /// What the bound allows.
+    allowed: Distortion,
     raw: &'a [[f32; 2]],
     guidance: Guidance,
     marks: &'a ComponentMarks,
@@ -114,14 +123,14 @@ impl Component<'_, '_> {
         let layout = self.refined(&part, &patch, placed.as_deref());
         match layout {
             Ok(layout) if layout.uv.iter().flatten().all(|c| c.is_finite()) => {
+                let layout = with_better_angles(&patch, layout, &self.allowed, self.watch);
                 let whole = chart(&part, &patch, &layout);
                 let room = several && most > 1 && self.budget > 0 && self.watch.goes_on();
-                if room && !layout.is_within(self.goal.bound) {
+                if room && layout.energy > self.bound {
                     let (parts, price) = self.division(&part, &patch, layout);
-                    let least_bound = whole.distortion.least_bound();
-                    if least_bound - self.goal.bound > price {
+                    if whole.distortion.energy - self.bound > price {
                         let charts = self.divided(parts, most);
-                        let gain = least_bound - self.distortion(&charts).least_bound();
+                        let gain = whole.distortion.energy - self.distortion(&charts).energy;
                         if charts.len() <= most && gain > price {
                             return charts;
                         }

@@ -8,6 +8,15 @@ const ORDINARY_AREA: f64 = 1.12;
 const ORDINARY_ANGLE: f64 = 0.1;
 const ORDINARY_EXCESS: f64 = 0.1;
 
+/// The conformality that is aimed at with such an energy, once areas are as distorted as they may
+/// be: as far as the maps of others go that distort areas as they like.
+const AIMED_ANGLE: f64 = 0.067;
+
+/// By how much the conformality falls where the logarithm of the area distortion rises by 1, on the
+/// way from the least energy to a conformal map. Near its beginning this hardly differs from
+/// surface to surface.
+const ANGLES_FOR_AREAS: f64 = 0.6;
+
 /// What bounds of areas and angles never go below: rounding.
 const ROUNDING: f64 = 1e-3;
 
@@ -67,11 +76,21 @@ impl Distortion {
         }
     }
 
-    /// The lowest bound that it is within, without what is owed to rounding.
+    /// The lowest bound to which it is good enough, without what is owed to rounding: where the
+    /// angles are not, but areas leave room, [better ones](super::refine::with_better_angles) are
+    /// still to come.
     pub(super) fn least_bound(&self) -> f64 {
-        let areas = (self.area.ln() / ORDINARY_AREA.ln()).powi(2);
-        let angles = (self.conformality / ORDINARY_ANGLE).powi(2);
-        (4.0 + ORDINARY_EXCESS * areas.max(angles)).max(self.energy)
+        let areas = self.area.ln();
+        let both = self.conformality + ANGLES_FOR_AREAS * areas;
+        let aimed = AIMED_ANGLE + ANGLES_FOR_AREAS * ORDINARY_AREA.ln();
+        let share = (areas / ORDINARY_AREA.ln()).max(both / aimed);
+        (4.0 + ORDINARY_EXCESS * share * share).max(self.energy)
+    }
+
+    /// Whether it is good enough to a bound.
+    pub(super) fn suits(&self, bound: f64) -> bool {
+        let rounding = self.area.ln() <= ROUNDING && self.conformality <= ROUNDING;
+        self.energy <= bound && (rounding || self.least_bound() <= bound)
     }
 
     /// One of its measures.
@@ -136,6 +155,26 @@ mod tests {
             }
             assert!(!above.is_within(&usual), "{measure}");
         }
+    }
+
+    #[test]
+    fn room_for_areas_is_room_for_better_angles() {
+        let at = |energy: f64, area: f64, conformality: f64| Distortion {
+            energy,
+            area,
+            conformality,
+        };
+        let aimed = at(4.1, ORDINARY_AREA, AIMED_ANGLE);
+        assert!((aimed.least_bound() - 4.1).abs() < 1e-9);
+        // Areas a little better: so may angles be worse.
+        assert!(at(4.1, 1.1, 0.077).suits(4.1));
+        assert!(!at(4.1, 1.1, 0.080).suits(4.1));
+        assert!(!at(4.1, 1.13, 0.0).suits(4.1));
+        assert!(!at(4.11, 1.0, 0.0).suits(4.1));
+        // In proportion to a lower bound.
+        assert!(at(4.0, 1.12_f64.powf(0.5), 0.033).suits(4.025));
+        assert!(!at(4.0, 1.12_f64.powf(0.5), 0.034).suits(4.025));
+        assert!(Distortion::NONE.suits(4.0));
     }
 
     #[test]

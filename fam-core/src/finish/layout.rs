@@ -54,13 +54,12 @@ impl Layout {
         }
     }
 
-    /// Whether the distortion is within a bound: the energy, and the distortion of areas and
-    /// angles that goes with it.
-    pub fn is_within(&self, bound: f64) -> bool {
-        self.distortion().is_within(&Distortion::allowed(bound))
+    /// Whether the distortion is good enough to a bound, see [`Distortion::least_bound`].
+    pub fn suits(&self, bound: f64) -> bool {
+        self.distortion().suits(bound)
     }
 
-    /// The lowest bound that the distortion is within, without what is owed to rounding.
+    /// The lowest bound to which it is.
     pub fn least_bound(&self) -> f64 {
         self.distortion().least_bound()
     }

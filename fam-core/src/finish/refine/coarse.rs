@@ -19,29 +19,20 @@ const LARGE: usize = 5_000;
 /// of several is taken. The first takes about as long as the others together.
 const SIMPLE: [usize; 3] = [3_000, 2_000, 1_500];
 
-/// How often the bound on the simpler surface is lowered, so that the patch comes within its
-/// own.
-const CORRECTIONS: usize = 4;
-
-/// How much further than by what is missing the bound is lowered: what is too much is closed
-/// again.
-const OVERSHOOT: f64 = 2.0;
-
 /// By how much a smoothed cut may miss the bound, as a share of what that is above the energy of
 /// an isometry: so little is soon made up for by cutting further.
 const SLACK: f64 = 0.05;
 
-/// The share of what the bound is above the energy of an isometry to which that may go.
-const LEAST_EXCESS: f64 = 0.3;
-
 /// Newton steps over all triangles of the patch there may be once its cut is known.
-const STEPS: u64 = 60;
+const STEPS: u64 = 120;
+
+/// What cuts cost along every half-edge of a patch, and where to start from.
+type Guide<'a, 'b> = (&'a [f64], &'a Start<'b>);
 
 /// A simpler surface, and the layout that was found for it.
 struct Coarse<'a> {
     simplification: Simplification<'a>,
     simplified: Simplified,
-    costs: Vec<f64>,
     layout: Layout,
 }
 
@@ -61,7 +52,7 @@ pub(super) fn found(
     let own = patch.without_forbidden(crease_costs(patch));
     let cost = std::mem::replace(&mut problem.cost, own);
     problem.injective = true;
-    let mut layout = match carried(problem, coarse, goal, budget, report) {
+    let mut layout = match carried(problem, coarse, goal, report) {
         Ok(layout) if problem.forbidden_edges(&layout) == 0 || !problem.goes_on() => layout,
         _ => {
             (problem.cost, problem.injective) = (cost, false);
@@ -73,7 +64,7 @@ pub(super) fn found(
     let mut proceed = |problem: &Problem, layout: &Layout| {
         report(layout.energy, problem.length_of(layout)) && problem.work() - spent < most
     };
-    if problem.goes_on() && layout.is_within(goal.bound) {
+    if problem.goes_on() && layout.suits(goal.bound) {
         let mut proceed = |layout: &Layout| proceed(problem, layout);
         layout = shortened(problem, layout, goal.bound, &mut proceed);
     } else if problem.goes_on() {
@@ -109,12 +100,22 @@ fn cheapest<'a>(
             let silent = |_: f64, _: f64| problem.goes_on();
             let restored = others.iter().map(|&size| least.clone().restored(size));
             let simpler = restored.chain([least.clone()]);
-            for simple in simpler.take_while(|_| problem.goes_on()) {
-                smaller.extend(searched(problem, start, goal, budget, simple, &silent));
+            // If the map misleads, not all are misled.
+            let creases = patch.without_forbidden(crease_costs(patch));
+            let guides: [Guide; 2] = [(&creases, &Start::Nothing), (&problem.cost, start)];
+            for (simple, guide) in simpler.zip(guides).take_while(|_| problem.goes_on()) {
+                smaller.extend(searched(problem, guide, goal, budget, simple, &silent));
             }
         });
         let simple = least.clone().restored(first);
-        searched(problem, start, goal, budget, simple, report)
+        searched(
+            problem,
+            (&problem.cost, start),
+            goal,
+            budget,
+            simple,
+            report,
+        )
     });
     // Where it was broken off, the others did not have the same time.
     if !problem.goes_on() && first.is_some() {
@@ -124,13 +125,9 @@ fn cheapest<'a>(
     found.reduce(|best, other| {
         let worth = |coarse: &Coarse| {
             let layout = &coarse.layout;
-            let above = (layout.energy - goal.bound).max(0.0);
-            let within = layout.is_within(goal.bound);
-            (
-                !within,
-                above,
-                layout.cut.cost(&coarse.simplified.patch.lengths),
-            )
+            let within = is_about_within(layout, goal.bound);
+            let above = if within { 0.0 } else { layout.least_bound() };
+            (above, layout.cut.cost(&coarse.simplified.patch.lengths))
         };
         if worth(&other) < worth(&best) {
             other
@@ -140,10 +137,11 @@ fn cheapest<'a>(
     })
 }
 
-/// A layout of a simpler surface, if there is one.
+/// A layout of a simpler surface, if there is one. `guide` is what cuts cost along the half-edges
+/// of the patch, and where to start from.
 fn searched<'a>(
     problem: &Problem<'a>,
-    start: &Start,
+    (cost, start): Guide,
     goal: &Goal,
     budget: u64,
     simplification: Simplification<'a>,
@@ -151,11 +149,11 @@ fn searched<'a>(
 ) -> Option<Coarse<'a>> {
     let patch = problem.patch;
     let mut simplified = simplification.simplified(patch.scale);
-    let costs = carried_costs(problem, &simplified.patch);
+    let costs = carried_costs(patch, cost, &simplified.patch);
     simplified.patch.forbidden = costs.iter().map(|cost| cost.is_infinite()).collect();
     let simple = &simplified.patch;
     let share = share(budget, patch, simple);
-    let mut coarse = Problem::new(simple, costs.clone(), problem.goes_on);
+    let mut coarse = Problem::new(simple, costs, problem.goes_on);
     let map = match start {
         Start::Map(corners) => Some(carried_map(patch, simple, corners)),
         Start::Nothing | Start::Layout(_) => None,
@@ -166,7 +164,6 @@ fn searched<'a>(
     let layout = layout.ok()?;
     Some(Coarse {
         simplification,
-        costs,
         layout,
         simplified,
     })
@@ -177,59 +174,20 @@ fn share(budget: u64, patch: &Patch, simple: &Patch) -> u64 {
     budget / patch.areas.len() as u64 * simple.areas.len() as u64
 }
 
-/// The patch laid out along the cut of a simpler one. Where its energy is above the bound and
-/// that of the simpler one is not, this is made to stay below a lower one.
+/// The patch laid out along the cut of a simpler one.
 fn carried(
     problem: &Problem,
     coarse: Coarse,
     goal: &Goal,
-    budget: u64,
     report: &Report,
 ) -> Result<Layout, SolveError> {
     let Coarse {
         simplification,
         simplified,
-        costs,
-        mut layout,
+        layout,
     } = coarse;
-    let simple = Problem::new(&simplified.patch, costs, problem.goes_on);
-    let share = share(budget, problem.patch, &simplified.patch);
-    let within = layout.is_within(goal.bound);
-    let growth = Growth::new(&simple);
-    let mut best: Option<Layout> = None;
-    for _ in 0..CORRECTIONS {
-        let all = simplification.clone();
-        let cut = all.carried(&layout.cut, &simplified.triangles);
-        let fine = match (along(problem, cut, goal.bound, report), &best) {
-            (Ok(fine), _) => fine,
-            (Err(error), None) => return Err(error),
-            (Err(_), Some(_)) => break,
-        };
-        let enough = is_about_within(&fine, goal.bound);
-        let missing = fine.least_bound() - goal.bound;
-        if best
-            .as_ref()
-            .is_none_or(|best| fine.least_bound() < best.least_bound())
-        {
-            best = Some(fine);
-        }
-        let lowest = 4.0 + LEAST_EXCESS * (goal.bound - 4.0);
-        let lower = layout.least_bound().min(goal.bound) - OVERSHOOT * missing;
-        let lower = lower.max(lowest);
-        if enough || !within || layout.is_within(lower) || !problem.goes_on() {
-            break;
-        }
-        let tighter = Goal {
-            bound: lower,
-            seam_weight: goal.seam_weight,
-        };
-        let mut proceed = |simple: &Problem, layout: &Layout| {
-            report(layout.energy, simple.length_of(layout)) && simple.work() < share
-        };
-        layout = completed(&simple, &growth, layout, &tighter, &mut proceed);
-    }
-    problem.charge(simple.work());
-    best.ok_or(SolveError::NotSimple)
+    let cut = simplification.carried(&layout.cut, &simplified.triangles);
+    along(problem, cut, goal.bound, report)
 }
 
 /// The patch laid out along a cut that is straightened, and smoothed if it comes within the bound
@@ -280,14 +238,13 @@ fn carried_map(patch: &Patch, simple: &Patch, corners: &[[f64; 2]]) -> Vec<[f64;
 /// What cuts cost along the half-edges of a simpler surface: as much per length as on average
 /// around the ends of an edge, along those edges that are not forbidden. Where all are, none is
 /// allowed.
-fn carried_costs(problem: &Problem, simple: &Patch) -> Vec<f64> {
-    let patch = problem.patch;
+fn carried_costs(patch: &Patch, costs: &[f64], simple: &Patch) -> Vec<f64> {
     let mut sums = vec![[0.0; 2]; patch.topology.vertices()];
-    let allowed = |&h: &u32| problem.cost[h as usize].is_finite();
+    let allowed = |&h: &u32| costs[h as usize].is_finite();
     for h in (0..patch.topology.half_edges()).filter(allowed) {
         for v in [patch.topology.origin(h), patch.topology.target(h)] {
             let sum = &mut sums[v as usize];
-            sum[0] += problem.cost[h as usize];
+            sum[0] += costs[h as usize];
             sum[1] += patch.lengths[h as usize];
         }
     }
@@ -326,9 +283,9 @@ mod tests {
         let report = |_: f64, _: f64| true;
         let coarse = cheapest(&problem, &Start::Nothing, &GOAL, budget, &report).unwrap();
         assert!(coarse.simplified.patch.areas.len() < patch.areas.len() / 2);
-        assert!(coarse.layout.is_within(GOAL.bound));
+        assert!(coarse.layout.suits(GOAL.bound));
         problem.injective = true;
-        let layout = carried(&problem, coarse, &GOAL, budget, &report).unwrap();
+        let layout = carried(&problem, coarse, &GOAL, &report).unwrap();
         assert!(problem.is_valid(&layout));
         assert_eq!(layout.uv.len(), layout.opened.topology.vertices());
         assert!(layout.energy < 4.2, "{}", layout.energy);
@@ -355,7 +312,7 @@ mod tests {
         let problem = Problem::new(&patch, cost, &goes_on);
         let simple = Simplification::new(&patch.topology, &patch.positions, 2_000);
         let simple = simple.simplified(patch.scale).patch;
-        let costs = carried_costs(&problem, &simple);
+        let costs = carried_costs(&patch, &problem.cost, &simple);
         let mut has_free = vec![false; patch.topology.vertices()];
         for h in (0..patch.topology.half_edges()).filter(|&h| !patch.forbidden[h as usize]) {
             has_free[patch.topology.origin(h) as usize] = true;

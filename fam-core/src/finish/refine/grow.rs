@@ -33,6 +33,9 @@ const TRIED: usize = 4;
 /// The share of what the best cut brings per length that another must bring to be made with it.
 const ALMOST: f64 = 0.5;
 
+/// How far around a cut that is only tried vertices move.
+const AROUND: f64 = 0.15;
+
 /// How far below the bound a cut may go and be worth it: other cuts can be shortened then.
 const SLACK: f64 = 0.04;
 
@@ -111,7 +114,7 @@ impl Growth {
                 .par_iter()
                 .enumerate()
                 .filter_map(|(i, path)| {
-                    let next = problem.extended(layout, path, TRIAL)?;
+                    let next = problem.extended_nearby(layout, path, AROUND, TRIAL)?;
                     let gain = layout.energy - next.energy.max(bound - SLACK);
                     Some((gain / (cost(problem, path) + OFFSET), i, next))
                 })

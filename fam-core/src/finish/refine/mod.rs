@@ -18,7 +18,7 @@ use std::cmp::Ordering;
 use super::creases::crease_costs;
 use super::cut::Cut;
 use super::cut::disk::cut_to_disk;
-
+use super::distortion::Distortion;
 use super::layout::Layout;
 use super::patch::Patch;
 use super::solve::SolveError;
@@ -62,6 +62,13 @@ const START: Effort = Effort {
 /// The last solve.
 const LAST: Effort = Effort {
     iterations: 30,
+    decrease: 1e-6,
+};
+
+/// How often sizes are adapted so that angles can be better, and the solve between.
+const ANGLE_ROUNDS: usize = 12;
+const ANGLES: Effort = Effort {
+    iterations: 3,
     decrease: 1e-6,
 };
 
@@ -115,6 +122,42 @@ pub fn refined(
     let result = coarse::found(&mut problem, &start, goal, *budget, &report);
     *budget = budget.saturating_sub(problem.work());
     result
+}
+
+/// A layout of which the angles are less distorted, and the areas more, as far as `allowed` goes.
+///
+/// Where the energy is least, it hardly grows with the first steps away from there, but the
+/// distortion of angles falls with each.
+pub fn with_better_angles(
+    patch: &Patch,
+    layout: Layout,
+    allowed: &Distortion,
+    watch: &Watch,
+) -> Layout {
+    let goes_on = || watch.goes_on();
+    let mut problem = Problem::new(patch, patch.lengths.clone(), &goes_on);
+    problem.injective = true;
+    let is_better = |new: &Layout, old: &Layout| {
+        let [new, old] = [new, old].map(Layout::distortion);
+        let within = new.energy <= allowed.energy && new.area <= allowed.area;
+        within && new.conformality < old.conformality
+    };
+    let mut best = layout;
+    for _ in 0..ANGLE_ROUNDS {
+        let mut next = best.clone();
+        if !problem.goes_on() || problem.relax_angles(&mut next, ANGLES).is_err() {
+            break;
+        }
+        let shares = [1.0, 0.5, 0.25, 0.125];
+        let steps = shares
+            .iter()
+            .map(|&share| problem.between(&best, &next, share));
+        match steps.flatten().find(|step| is_better(step, &best)) {
+            Some(better) => best = better,
+            None => break,
+        }
+    }
+    best
 }
 
 /// A layout that may overlap itself, relaxed and cut further until it is within the bound.
@@ -231,7 +274,7 @@ fn searched(
 /// By how much a layout is better than another: less above the bound, fewer forbidden edges, or
 /// a shorter cut.
 fn gain(problem: &Problem, old: &Layout, new: &Layout, bound: f64) -> f64 {
-    match (old.is_within(bound), new.is_within(bound)) {
+    match (old.suits(bound), new.suits(bound)) {
         (true, true) => {}
         (false, true) => return f64::INFINITY,
         (true, false) => return f64::NEG_INFINITY,
@@ -254,7 +297,7 @@ fn grown(
     proceed: &mut impl FnMut(&Problem, &Layout) -> bool,
 ) -> Layout {
     for _ in 0..ROUNDS {
-        if layout.is_within(goal.bound) || !proceed(problem, &layout) {
+        if layout.suits(goal.bound) || !proceed(problem, &layout) {
             break;
         }
         match growth.round(problem, &layout, goal.bound, goal.worth()) {
@@ -277,10 +320,49 @@ fn completed(
     if problem.goes_on() {
         let _ = problem.relax(&mut layout, LAST);
     }
-    if problem.goes_on() && layout.is_within(goal.bound) {
+    if problem.goes_on() && layout.suits(goal.bound) {
         layout = shortened(problem, layout, goal.bound, |layout| {
             proceed(problem, layout)
         });
     }
     layout
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ops::ControlFlow;
+
+    use super::*;
+    use crate::surface::shapes;
+
+    #[test]
+    fn angles_get_better_as_far_as_areas_may_get_worse() {
+        let patch = Patch::of(&shapes::open_sphere(1.2, 40, 20));
+        let goal = Goal {
+            bound: 4.06,
+            seam_weight: 1.0,
+        };
+        let mut observe = |_| ControlFlow::Continue(());
+        let mut observe: &mut (dyn FnMut(_) -> _ + Send) = &mut observe;
+        let watch = Watch::new(1, &mut observe);
+        let mut budget = MOST_STEPS * patch.areas.len() as u64;
+        let (cost, start) = (patch.lengths.clone(), Start::Nothing);
+        let old = refined(&patch, cost, start, &goal, &mut budget, &watch).unwrap();
+        let allowed = Distortion::allowed(4.1);
+        let new = with_better_angles(&patch, old.clone(), &allowed, &watch);
+        assert!(new.energy <= allowed.energy && new.area_distortion <= allowed.area);
+        assert!(
+            new.conformality < 0.9 * old.conformality,
+            "{} {}",
+            new.conformality,
+            old.conformality
+        );
+        let goes_on = || true;
+        let mut problem = Problem::new(&patch, patch.lengths.clone(), &goes_on);
+        problem.injective = true;
+        assert!(problem.is_valid(&new));
+        // Nothing is left to be had.
+        let same = with_better_angles(&patch, old.clone(), &old.distortion(), &watch);
+        assert_eq!(same.uv, old.uv);
+    }
 }

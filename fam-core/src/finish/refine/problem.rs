@@ -8,7 +8,7 @@ use super::super::patch::Patch;
 use super::super::simplify::Simplification;
 use super::super::solve::SolveError;
 use super::super::solve::boundary::{Boundary, open_slits};
-use super::super::solve::energy::energy_of;
+use super::super::solve::energy::{energy_of, mean_energy};
 use super::super::solve::newton::{Flattening, Stop};
 use super::super::solve::orientation::first_flipped;
 use super::super::solve::rest::RestShapes;
@@ -226,6 +226,48 @@ impl<'a> Problem<'a> {
 
     /// A layout cut further along half-edges, opened there, and relaxed.
     pub fn extended(&self, layout: &Layout, path: &[u32], effort: Effort) -> Option<Layout> {
+        let mut layout = self.opened_along(layout, path)?;
+        self.relax(&mut layout, effort).ok()?;
+        Some(layout)
+    }
+
+    /// The same, relaxed only as far as `around` the new cut.
+    pub fn extended_nearby(
+        &self,
+        layout: &Layout,
+        path: &[u32],
+        around: f64,
+        effort: Effort,
+    ) -> Option<Layout> {
+        let mut extended = self.opened_along(layout, path)?;
+        let at = |v: u32| self.patch.positions[v as usize];
+        let topology = &self.patch.topology;
+        let ends = path
+            .iter()
+            .flat_map(|&h| [topology.origin(h), topology.target(h)]);
+        let mut places: Vec<[f64; 3]> = Vec::new();
+        for p in ends.map(at) {
+            // So dense that nothing lies between them.
+            if places
+                .last()
+                .is_none_or(|&last| length(sub(p, last)) > 0.3 * around)
+            {
+                places.push(p);
+            }
+        }
+        let near: Vec<bool> = self
+            .patch
+            .positions
+            .iter()
+            .map(|&p| places.iter().any(|&place| length(sub(p, place)) < around))
+            .collect();
+        self.relax_near(&mut extended, &near, &[], effort).ok()?;
+        let sum = |layout: &Layout| self.excess(layout).iter().sum::<f64>();
+        extended.energy = layout.energy + sum(&extended) - sum(layout);
+        Some(extended)
+    }
+
+    fn opened_along(&self, layout: &Layout, path: &[u32]) -> Option<Layout> {
         if !self.goes_on() {
             return None;
         }
@@ -237,7 +279,6 @@ impl<'a> Problem<'a> {
             let opened = &layout.opened;
             open_slits(&opened.topology, &opened.source, &boundary, &mut layout.uv).ok()?;
         }
-        self.relax(&mut layout, effort).ok()?;
         Some(layout)
     }
 
@@ -246,10 +287,53 @@ impl<'a> Problem<'a> {
         self.solve(layout, effort, 0)
     }
 
+    /// Decreases the energy that a layout would have if every triangle had the size on the surface
+    /// that it has in the layout: the distortion of angles alone.
+    pub fn relax_angles(&self, layout: &mut Layout, effort: Effort) -> Result<(), SolveError> {
+        let triangles = layout.opened.topology.triangles();
+        let sizes: Vec<f64> = triangles
+            .iter()
+            .enumerate()
+            .map(|(t, corners)| {
+                let area = flat_area(corners.map(|v| layout.uv[v as usize]));
+                (area / self.rest.area(t)).sqrt()
+            })
+            .collect();
+        self.solve_for(&self.rest.resized(&sizes), layout, effort, 0)
+    }
+
+    /// The layout on the way from one to another of the same cut, if it is valid.
+    pub fn between(&self, from: &Layout, to: &Layout, share: f64) -> Option<Layout> {
+        let mut layout = from.clone();
+        for (q, end) in layout.uv.iter_mut().zip(&to.uv) {
+            *q = [0, 1].map(|axis| (1.0 - share) * q[axis] + share * end[axis]);
+        }
+        self.measure(&mut layout);
+        self.is_valid(&layout).then_some(layout)
+    }
+
+    fn measure(&self, layout: &mut Layout) {
+        let triangles = layout.opened.topology.triangles();
+        layout.energy = mean_energy(triangles, &self.rest, &layout.uv);
+        layout.area_distortion = self.area_distortion(layout);
+        layout.conformality = self.conformality(layout);
+    }
+
     /// Decreases the energy of a layout, with a least number of steps even if it is not to go on.
     fn solve(&self, layout: &mut Layout, effort: Effort, least: usize) -> Result<(), SolveError> {
+        self.solve_for(&self.rest, layout, effort, least)
+    }
+
+    /// The same for given rest shapes; what is known of the layout then is by its own.
+    fn solve_for(
+        &self,
+        rest: &RestShapes,
+        layout: &mut Layout,
+        effort: Effort,
+        least: usize,
+    ) -> Result<(), SolveError> {
         let triangles = layout.opened.topology.triangles();
-        let mut flattening = Flattening::new(triangles, self.rest.clone(), &[])?;
+        let mut flattening = Flattening::new(triangles, rest.clone(), &[])?;
         let boundary = self.injective.then(|| self.boundary(layout));
         let stop = Stop {
             iterations: effort.iterations,
@@ -259,9 +343,7 @@ impl<'a> Problem<'a> {
         };
         let solved = flattening.minimize(&mut layout.uv, boundary.as_ref(), &stop)?;
         self.count(solved.iterations, triangles.len());
-        layout.energy = solved.energy;
-        layout.area_distortion = self.area_distortion(layout);
-        layout.conformality = self.conformality(layout);
+        self.measure(layout);
         Ok(())
     }
 
@@ -298,10 +380,7 @@ impl<'a> Problem<'a> {
     }
 
     fn area_distortion(&self, layout: &Layout) -> f64 {
-        let image = |t: &[u32; 3]| {
-            let [a, b, c] = t.map(|v| layout.uv[v as usize]);
-            (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-        };
+        let image = |t: &[u32; 3]| flat_area(t.map(|v| layout.uv[v as usize]));
         let triangles = layout.opened.topology.triangles();
         let total: f64 = triangles.iter().map(image).sum();
         let area = self.rest.total_area();
@@ -350,10 +429,58 @@ impl<'a> Problem<'a> {
     }
 }
 
+/// The area of a triangle in the plane, negative where it is flipped.
+fn flat_area([a, b, c]: [[f64; 2]; 3]) -> f64 {
+    0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+}
+
 /// The angles of a triangle at its corners, by its corners.
 fn angles([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
     [(a, b, c), (b, c, a), (c, a, b)].map(|(at, one, other)| {
         let (u, v) = (sub(one, at), sub(other, at));
         length(cross(u, v)).atan2(dot(u, v))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::cut::disk::cut_to_disk;
+    use super::super::super::cut::paths::cheapest_path;
+    use super::*;
+    use crate::surface::shapes;
+
+    const EFFORT: Effort = Effort {
+        iterations: 30,
+        decrease: 1e-6,
+    };
+
+    #[test]
+    fn what_a_cut_brings_is_known_from_its_surroundings() {
+        let patch = Patch::of(&shapes::torus(1.0, 0.5, 40, 20));
+        let goes_on = || true;
+        let problem = Problem::new(&patch, patch.lengths.clone(), &goes_on);
+        let cut = cut_to_disk(&patch.topology, &patch.lengths, &[]);
+        let layout = problem.flattened(cut, EFFORT).unwrap();
+        let on_cut = |v: u32| {
+            let around = |h: &u32| layout.cut.contains(*h) && patch.topology.origin(*h) == v;
+            (0..patch.topology.half_edges()).any(|h| around(&h))
+        };
+        let excess = problem.excess(&layout);
+        let worst = (0..excess.len()).max_by(|&a, &b| excess[a].total_cmp(&excess[b]));
+        let from = patch.topology.triangles()[worst.unwrap()];
+        let start: Vec<u32> = from.into_iter().filter(|&v| !on_cut(v)).collect();
+        let path = cheapest_path(&patch.topology, &patch.lengths, &start, on_cut).unwrap();
+        assert!(!path.is_empty());
+        let whole = problem.extended(&layout, &path, EFFORT).unwrap();
+        // No further than everything reaches, it is the same.
+        let all = problem
+            .extended_nearby(&layout, &path, 10.0, EFFORT)
+            .unwrap();
+        assert!((all.energy - whole.energy).abs() < 1e-3 * whole.energy);
+        let near = problem
+            .extended_nearby(&layout, &path, 0.2, EFFORT)
+            .unwrap();
+        assert!(near.energy < layout.energy && near.energy > whole.energy - 1e-9);
+        assert!(problem.is_valid(&near));
+    }
 }

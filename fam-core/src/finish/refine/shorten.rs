@@ -161,7 +161,7 @@ fn round(
             shorter = closed;
         }
     }
-    if problem.relax(&mut shorter, AFTER).is_ok() && shorter.is_within(bound) {
+    if problem.relax(&mut shorter, AFTER).is_ok() && shorter.suits(bound) {
         return Round::Shorter(Box::new(shorter));
     }
     for &i in &chosen {

@@ -57,6 +57,12 @@ pub(super) fn jacobian(rest: &RestShapes, t: usize, [a, b, c]: [[f64; 2]; 3]) ->
     })
 }
 
+/// The mean symmetric Dirichlet energy of a map at its best uniform scale; infinite where a
+/// triangle is flipped or collapsed. `uv` must reach as far as the vertices.
+pub(crate) fn mean_energy(triangles: &[[u32; 3]], rest: &RestShapes, uv: &[[f64; 2]]) -> f64 {
+    Integrals::of(triangles, rest, uv).mean(rest.total_area())
+}
+
 /// The energy of triangle `t` mapped to given corners, times its area; infinite where it is
 /// flipped or collapsed.
 pub(crate) fn energy_of(rest: &RestShapes, t: usize, corners: [[f64; 2]; 3]) -> f64 {

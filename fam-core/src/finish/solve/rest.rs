@@ -51,6 +51,17 @@ impl RestShapes {
         }
     }
 
+    /// The same shapes in other sizes, every triangle by a factor of its own. The energy of each
+    /// counts alike, as if it had the mean area.
+    pub(crate) fn resized(&self, factors: &[f64]) -> Self {
+        let gradients = self.gradients.iter().zip(factors);
+        let gradients = gradients.map(|(pair, factor)| pair.map(|g| g.map(|c| c / factor)));
+        Self {
+            gradients: gradients.collect(),
+            areas: vec![self.total_area() / self.areas.len() as f64; self.areas.len()],
+        }
+    }
+
     /// How many triangles there are.
     pub(crate) fn len(&self) -> usize {
         self.areas.len()
@@ -175,6 +186,19 @@ mod tests {
         assert!(close(part.total_area(), 0.5));
         assert_eq!(part.subset(&[1, 0, 1]).len(), 3);
         assert!(close(part.subset(&[1]).total_area(), 0.4));
+    }
+
+    #[test]
+    fn a_resized_triangle_is_the_same_in_another_size() {
+        let rest = RestShapes::new(&[RIGHT, RIGHT.map(|p| p.map(|x| 2.0 * x))], Some(1.0));
+        let resized = rest.resized(&[3.0, 0.5]);
+        for (t, factor) in [3.0, 0.5].into_iter().enumerate() {
+            // Gradients are inverse to lengths.
+            for (new, old) in resized.gradients(t).into_iter().zip(rest.gradients(t)) {
+                assert!([0, 1].iter().all(|&k| close(factor * new[k], old[k])));
+            }
+            assert!(close(resized.area(t), 0.5 * rest.total_area()));
+        }
     }
 
     #[test]
