@@ -74,8 +74,8 @@ pub fn flat_charts(
         bound: 4.0 + share * (config.distortion_bound - 4.0),
         seam_weight: config.seam_weight,
     };
-    // A lower bound takes more cuts.
-    let effort = (USUAL_EXCESS / (goal.bound - 4.0)).clamp(1.0, 4.0);
+    // A lower bound takes more cuts, and more of them are tried for each.
+    let effort = (USUAL_EXCESS / (goal.bound - 4.0)).powf(1.5).clamp(1.0, 8.0);
     let steps = (effort * MOST_STEPS as f64) as u64;
     let mut component = Component {
         goal,

@@ -279,7 +279,7 @@ mod tests {
         let patch = Patch::of(&shapes::torus(1.0, 0.4, 90, 36));
         let goes_on = || true;
         let mut problem = Problem::new(&patch, patch.lengths.clone(), &goes_on);
-        let budget = 700 * patch.areas.len() as u64;
+        let budget = 300 * patch.areas.len() as u64;
         let report = |_: f64, _: f64| true;
         let coarse = cheapest(&problem, &Start::Nothing, &GOAL, budget, &report).unwrap();
         assert!(coarse.simplified.patch.areas.len() < patch.areas.len() / 2);
@@ -296,7 +296,7 @@ mod tests {
         let patch = Patch::of(&shapes::torus(1.0, 0.4, 40, 20));
         let goes_on = || true;
         let problem = Problem::new(&patch, patch.lengths.clone(), &goes_on);
-        let budget = 700 * patch.areas.len() as u64;
+        let budget = 300 * patch.areas.len() as u64;
         let coarse = cheapest(&problem, &Start::Nothing, &GOAL, budget, &|_, _| true);
         assert!(coarse.is_none());
     }
