@@ -75,7 +75,9 @@ pub fn flat_charts(
         seam_weight: config.seam_weight,
     };
     // A lower bound takes more cuts, and more of them are tried for each.
-    let effort = (USUAL_EXCESS / (goal.bound - 4.0)).powf(1.5).clamp(1.0, 8.0);
+    let effort = (USUAL_EXCESS / (goal.bound - 4.0))
+        .powf(1.5)
+        .clamp(1.0, 8.0);
     let steps = (effort * MOST_STEPS as f64) as u64;
     let mut component = Component {
         goal,
