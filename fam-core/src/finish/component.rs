@@ -55,12 +55,13 @@ pub(super) struct Part {
 }
 
 /// Cuts a component's mesh into as few charts as it takes and flattens them. Where to cut is looked
-/// for at a `share` of what the bound is above the energy of an isometry. `raw` has its UVs by the network; `marks` says where to cut and where not to; `watch` sees what is reached on
-/// the way and says whether to go on refining.
+/// for at a `share` of what the bound is above the energy of an isometry. `raw` has its UVs by the
+/// network; `marks` says where to cut and where not to; `watch` sees what is reached on the way and
+/// says whether to go on refining.
 ///
 /// A part that has no valid layout in one piece is divided, down to single triangles if it must
-/// be. One that stays above the distortion bound is divided where it would overlap itself if it
-/// were free to, as long as there are not too many charts.
+/// be. One whose energy stays above the bound is divided where it would overlap itself if it were
+/// free to, as long as there are not too many charts.
 pub fn flat_charts(
     config: &FinishConfig,
     share: f64,
@@ -74,7 +75,7 @@ pub fn flat_charts(
         bound: 4.0 + share * (config.distortion_bound - 4.0),
         seam_weight: config.seam_weight,
     };
-    // A lower bound takes more cuts, and more of them are tried for each.
+    // A lower bound takes more cuts, and more are tried for each: with less, the dragon misses 4.03.
     let effort = (USUAL_EXCESS / (goal.bound - 4.0))
         .powf(1.5)
         .clamp(1.0, 8.0);

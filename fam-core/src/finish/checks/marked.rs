@@ -1,5 +1,8 @@
 //! Surfaces on which somebody marked where to cut and where not to.
 
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
@@ -241,4 +244,33 @@ fn a_large_mesh_is_cut_beside_what_is_forbidden() {
     let outcome = forbidding(&sphere, &upper);
     assert_eq!(outcome.forbidden_cut(), 0);
     assert!(outcome.seam_length() > 0.5);
+    assert!(outcome.energy() <= 4.1);
+}
+
+#[test]
+fn a_large_mesh_is_cut_beside_what_is_forbidden_after_a_break_off_too() {
+    let sphere = sphere(24);
+    let upper = edges_where(&sphere, |ends| ends.iter().all(|p| p[2] > 0.2));
+    for rounds in [0, 2, 10] {
+        let seen = AtomicUsize::new(0);
+        let stop = |_| match seen.fetch_add(1, Ordering::Relaxed) >= rounds {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        };
+        let task = Task {
+            forbidden: &upper,
+            observe: &stop,
+            ..Task::default()
+        };
+        assert_eq!(task.run(&sphere).forbidden_cut(), 0, "{rounds}");
+    }
+}
+
+#[test]
+fn a_large_mesh_without_a_way_beside_what_is_forbidden_is_cut_across_it() {
+    let torus = torus(1.0, 0.4, 90, 36);
+    let all = edges_where(&torus, |_| true);
+    let outcome = forbidding(&torus, &all);
+    assert!(outcome.forbidden_cut() > 0);
+    assert_eq!(outcome.charts(), 1);
 }

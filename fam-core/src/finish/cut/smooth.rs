@@ -229,7 +229,6 @@ mod tests {
         let turn = turning(&mesh, &cylinder);
         let smooth = smooth(&cylinder, &lengths, turn, 1.0, &ring, &[]);
         assert_eq!(character(&cylinder, &smooth), (2, 0, 4));
-        println!("RING {} {}", smooth.cost(&lengths), ring.cost(&lengths));
         assert!(smooth.cost(&lengths) < 0.6 * ring.cost(&lengths));
     }
 

@@ -23,7 +23,8 @@ const SIMPLE: [usize; 3] = [3_000, 2_000, 1_500];
 /// an isometry: so little is soon made up for by cutting further.
 const SLACK: f64 = 0.05;
 
-/// Newton steps over all triangles of the patch there may be once its cut is known.
+/// Newton steps over all triangles of the patch there may be once its cut is known: in most cases
+/// far fewer are taken, where the simpler surface misled some more cuts take all of them.
 const STEPS: u64 = 120;
 
 /// What cuts cost along every half-edge of a patch, and where to start from.
@@ -127,7 +128,10 @@ fn cheapest<'a>(
             let layout = &coarse.layout;
             let within = is_about_within(layout, goal.bound);
             let above = if within { 0.0 } else { layout.least_bound() };
-            (above, layout.cut.cost(&coarse.simplified.patch.lengths))
+            let simple = &coarse.simplified.patch;
+            let is_forbidden = |&h: &u32| simple.forbidden[h as usize];
+            let forbidden = layout.cut.half_edges().filter(is_forbidden).count();
+            (above, forbidden, layout.cut.cost(&simple.lengths))
         };
         if worth(&other) < worth(&best) {
             other
@@ -150,7 +154,7 @@ fn searched<'a>(
     let patch = problem.patch;
     let mut simplified = simplification.simplified(patch.scale);
     let costs = carried_costs(patch, cost, &simplified.patch);
-    simplified.patch.forbidden = costs.iter().map(|cost| cost.is_infinite()).collect();
+    simplified.patch.forbidden = costs.iter().map(|cost| !cost.is_finite()).collect();
     let simple = &simplified.patch;
     let share = share(budget, patch, simple);
     let mut coarse = Problem::new(simple, costs, problem.goes_on);
@@ -201,10 +205,15 @@ fn along(problem: &Problem, cut: Cut, bound: f64, report: &Report) -> Result<Lay
         report(layout.energy, problem.length_of(&layout));
         Ok(layout)
     };
-    if !problem.goes_on() {
+    let is_marked = problem.patch.forbidden.contains(&true);
+    if !problem.goes_on() && !is_marked {
         return laid_out(cut);
     }
+    // An edge of the simpler surface that is not forbidden may be carried to some that are.
     let straight = straightened_nearby(problem, &cut, bound);
+    if !problem.goes_on() {
+        return laid_out(straight).or_else(|_| laid_out(cut));
+    }
     let smooth = laid_out(smoothed(problem, &straight, bound));
     if smooth
         .as_ref()
@@ -259,7 +268,13 @@ fn carried_costs(patch: &Patch, costs: &[f64], simple: &Patch) -> Vec<f64> {
     (0..simple.topology.half_edges())
         .map(|h| {
             let ends = [simple.topology.origin(h), simple.topology.target(h)];
-            0.5 * simple.lengths[h as usize] * (rate(ends[0]) + rate(ends[1]))
+            let rate = 0.5 * (rate(ends[0]) + rate(ends[1]));
+            // Where the length is 0, too.
+            if rate.is_finite() {
+                simple.lengths[h as usize] * rate
+            } else {
+                f64::INFINITY
+            }
         })
         .collect()
 }

@@ -33,7 +33,8 @@ const TRIED: usize = 4;
 /// The share of what the best cut brings per length that another must bring to be made with it.
 const ALMOST: f64 = 0.5;
 
-/// How far around a cut that is only tried vertices move.
+/// How far around a cut that is only tried vertices move: farther away it changes little, and what
+/// it brings is compared only.
 const AROUND: f64 = 0.15;
 
 /// How far below the bound a cut may go and be worth it: other cuts can be shortened then.
@@ -95,7 +96,9 @@ impl Growth {
             None => self.best(problem, layout, &paths, bound, worth)?,
         };
         // What was reached stays valid when a step fails.
-        let _ = problem.relax(&mut next, BETWEEN);
+        if problem.relax(&mut next, BETWEEN).is_err() {
+            problem.measure(&mut next);
+        }
         Some(next)
     }
 
@@ -115,6 +118,9 @@ impl Growth {
                 .enumerate()
                 .filter_map(|(i, path)| {
                     let next = problem.extended_nearby(layout, path, AROUND, TRIAL)?;
+                    if !next.energy.is_finite() {
+                        return None;
+                    }
                     let gain = layout.energy - next.energy.max(bound - SLACK);
                     Some((gain / (cost(problem, path) + OFFSET), i, next))
                 })

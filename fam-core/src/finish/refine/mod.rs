@@ -66,7 +66,8 @@ const LAST: Effort = Effort {
     decrease: 1e-6,
 };
 
-/// How often sizes are adapted so that angles can be better, and the solve between.
+/// How often sizes are adapted so that angles can be better, and the solve between: a few steps,
+/// since the sizes of a layout on the way are better already.
 const ANGLE_ROUNDS: usize = 12;
 const ANGLES: Effort = Effort {
     iterations: 3,
@@ -135,6 +136,9 @@ pub fn with_better_angles(
     allowed: &Distortion,
     watch: &Watch,
 ) -> Layout {
+    if layout.energy >= allowed.energy || layout.area_distortion >= allowed.area {
+        return layout;
+    }
     let goes_on = || watch.goes_on();
     let mut problem = Problem::new(patch, patch.lengths.clone(), &goes_on);
     problem.injective = true;
@@ -192,9 +196,10 @@ fn found(
 ) -> Result<Layout, SolveError> {
     let patch = problem.patch;
     let growth = Growth::new(problem);
+    let before = problem.work();
     let limit = Cell::new((SHARE_OF_SEARCH * budget as f64) as u64);
     let mut proceed = |problem: &Problem, layout: &Layout| {
-        report(layout.energy, problem.length_of(layout)) && problem.work() < limit.get()
+        report(layout.energy, problem.length_of(layout)) && problem.work() - before < limit.get()
     };
     problem.injective = true;
     let mut given = match start {
@@ -242,7 +247,7 @@ fn found(
             best = Some(layout);
         }
         let settled = cut.is_empty() || gain.is_some_and(|gain| gain < LEAST_GAIN);
-        let spent = problem.work() as f64 > SHARE_OF_STEPS * budget as f64;
+        let spent = (problem.work() - before) as f64 > SHARE_OF_STEPS * budget as f64;
         if settled || spent || !problem.goes_on() {
             break;
         }

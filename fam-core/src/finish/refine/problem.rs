@@ -231,7 +231,8 @@ impl<'a> Problem<'a> {
         Some(layout)
     }
 
-    /// The same, relaxed only as far as `around` the new cut.
+    /// The same, relaxed only as far as `around` the new cut. Of what is known of the layout only
+    /// the energy is new.
     pub fn extended_nearby(
         &self,
         layout: &Layout,
@@ -247,7 +248,7 @@ impl<'a> Problem<'a> {
             .flat_map(|&h| [topology.origin(h), topology.target(h)]);
         let mut places: Vec<[f64; 3]> = Vec::new();
         for p in ends.map(at) {
-            // So dense that nothing lies between them.
+            // No more than it takes to find what is around.
             if places
                 .last()
                 .is_none_or(|&last| length(sub(p, last)) > 0.3 * around)
@@ -263,7 +264,8 @@ impl<'a> Problem<'a> {
             .collect();
         self.relax_near(&mut extended, &near, &[], effort).ok()?;
         let sum = |layout: &Layout| self.excess(layout).iter().sum::<f64>();
-        extended.energy = layout.energy + sum(&extended) - sum(layout);
+        let area = self.rest.total_area();
+        extended.energy = layout.energy + (sum(&extended) - sum(layout)) / area;
         Some(extended)
     }
 
@@ -312,7 +314,8 @@ impl<'a> Problem<'a> {
         self.is_valid(&layout).then_some(layout)
     }
 
-    fn measure(&self, layout: &mut Layout) {
+    /// Sets what is known of the distortion of a layout.
+    pub fn measure(&self, layout: &mut Layout) {
         let triangles = layout.opened.topology.triangles();
         layout.energy = mean_energy(triangles, &self.rest, &layout.uv);
         layout.area_distortion = self.area_distortion(layout);
