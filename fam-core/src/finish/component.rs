@@ -82,7 +82,6 @@ pub fn flat_charts(
     let steps = (effort * MOST_STEPS as f64) as u64;
     let mut component = Component {
         goal,
-        bound: config.distortion_bound,
         allowed: Distortion::allowed(config.distortion_bound),
         raw,
         guidance,
@@ -98,7 +97,6 @@ pub fn flat_charts(
 struct Component<'a, 'w> {
     /// For cutting.
     goal: Goal,
-    bound: f64,
     /// What the bound allows.
     allowed: Distortion,
     raw: &'a [[f32; 2]],
@@ -129,9 +127,9 @@ impl Component<'_, '_> {
                 let layout = with_better_angles(&patch, layout, &self.allowed, self.watch);
                 let whole = chart(&part, &patch, &layout);
                 let room = several && most > 1 && self.budget > 0 && self.watch.goes_on();
-                if room && layout.energy > self.bound {
+                if room && layout.energy > self.allowed.energy {
                     let (parts, price) = self.division(&part, &patch, layout);
-                    if whole.distortion.energy - self.bound > price {
+                    if whole.distortion.energy - self.allowed.energy > price {
                         let charts = self.divided(parts, most);
                         let gain = whole.distortion.energy - self.distortion(&charts).energy;
                         if charts.len() <= most && gain > price {

@@ -1,13 +1,12 @@
 //! Surfaces on which somebody marked where to cut and where not to.
 
-use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::AtomicUsize;
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
 use super::super::cut::test_surfaces::pierced_plate;
-use super::{Outcome, Task, together};
+use super::{Outcome, Task, breaking_off, together};
 use crate::surface::TriangleMesh;
 use crate::surface::shapes::{cube, moebius_strip, open_cylinder, rectangle, sphere, torus};
 
@@ -211,18 +210,23 @@ fn heap(random: &mut Pcg64) -> TriangleMesh {
     TriangleMesh::new(positions, triangles).unwrap()
 }
 
+/// The edges in the midst of the quads of a grid, of which each is two triangles.
+fn diagonals(grid: &TriangleMesh) -> Vec<[u32; 2]> {
+    let common = |pair: &[[u32; 3]]| {
+        let shared: Vec<u32> = pair[0]
+            .into_iter()
+            .filter(|v| pair[1].contains(v))
+            .collect();
+        [shared[0].min(shared[1]), shared[0].max(shared[1])]
+    };
+    grid.triangles().chunks(2).map(common).collect()
+}
+
 /// Also where they are too many to be searched as they are.
 #[test]
 fn polygons_stay_whole() {
     for torus in [torus(1.0, 0.4, 24, 12), torus(1.0, 0.4, 72, 36)] {
-        let common = |pair: &[[u32; 3]]| {
-            let shared: Vec<u32> = pair[0]
-                .into_iter()
-                .filter(|v| pair[1].contains(v))
-                .collect();
-            [shared[0].min(shared[1]), shared[0].max(shared[1])]
-        };
-        let diagonals: Vec<[u32; 2]> = torus.triangles().chunks(2).map(common).collect();
+        let diagonals = diagonals(&torus);
         let task = Task {
             diagonals: &diagonals,
             ..Task::default()
@@ -238,6 +242,23 @@ fn polygons_stay_whole() {
 }
 
 #[test]
+fn polygons_stay_whole_after_a_break_off_too() {
+    let torus = torus(1.0, 0.4, 72, 36);
+    let diagonals = diagonals(&torus);
+    for rounds in [0, 3, 10] {
+        let seen = AtomicUsize::new(0);
+        let task = Task {
+            diagonals: &diagonals,
+            observe: &breaking_off(rounds, &seen),
+            ..Task::default()
+        };
+        let seams = task.run(&torus).seam_edges();
+        let across = diagonals.iter().filter(|edge| seams.contains(edge));
+        assert_eq!(across.count(), 0, "{rounds}");
+    }
+}
+
+#[test]
 fn a_large_mesh_is_cut_beside_what_is_forbidden() {
     let sphere = sphere(24);
     let upper = edges_where(&sphere, |ends| ends.iter().all(|p| p[2] > 0.2));
@@ -245,25 +266,6 @@ fn a_large_mesh_is_cut_beside_what_is_forbidden() {
     assert_eq!(outcome.forbidden_cut(), 0);
     assert!(outcome.seam_length() > 0.5);
     assert!(outcome.energy() <= 4.1);
-}
-
-#[test]
-fn a_large_mesh_is_cut_beside_what_is_forbidden_after_a_break_off_too() {
-    let sphere = sphere(24);
-    let upper = edges_where(&sphere, |ends| ends.iter().all(|p| p[2] > 0.2));
-    for rounds in [0, 2, 10] {
-        let seen = AtomicUsize::new(0);
-        let stop = |_| match seen.fetch_add(1, Ordering::Relaxed) >= rounds {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        };
-        let task = Task {
-            forbidden: &upper,
-            observe: &stop,
-            ..Task::default()
-        };
-        assert_eq!(task.run(&sphere).forbidden_cut(), 0, "{rounds}");
-    }
 }
 
 #[test]

@@ -7,6 +7,7 @@ mod random;
 mod unusual;
 
 use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use robust::{Coord, orient2d};
 
@@ -104,6 +105,17 @@ impl Task<'_> {
             uv,
             marks,
         }
+    }
+}
+
+/// Breaks off after so many calls; `seen` counts them.
+fn breaking_off(
+    rounds: usize,
+    seen: &AtomicUsize,
+) -> impl Fn(FinishProgress) -> ControlFlow<()> + Sync + '_ {
+    move |_| match seen.fetch_add(1, Ordering::Relaxed) >= rounds {
+        true => ControlFlow::Break(()),
+        false => ControlFlow::Continue(()),
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::super::{FinishConfig, Guidance, Stage};
-use super::{Task, moved, together};
+use super::{Task, breaking_off, moved, together};
 use crate::surface::TriangleMesh;
 use crate::surface::shapes::{cube, moebius_strip, open_cylinder, rectangle, sphere, torus};
 
@@ -222,18 +222,17 @@ fn finishing_can_be_broken_off() {
         let energies: Vec<f64> = [0, 1, 20, 100]
             .map(|rounds| {
                 let seen = AtomicUsize::new(0);
-                let stop = |_| match seen.fetch_add(1, Ordering::Relaxed) >= rounds {
-                    true => ControlFlow::Break(()),
-                    false => ControlFlow::Continue(()),
-                };
                 let task = Task {
-                    observe: &stop,
+                    observe: &breaking_off(rounds, &seen),
                     ..Task::default()
                 };
                 let outcome = task.run(&mesh);
                 outcome.check_energy();
                 assert_eq!(outcome.charts(), 1);
-                assert!(seen.into_inner() <= rounds + 1, "asked again after the end");
+                assert!(
+                    seen.load(Ordering::Relaxed) <= rounds + 1,
+                    "asked again after the end"
+                );
                 outcome.energy()
             })
             .to_vec();

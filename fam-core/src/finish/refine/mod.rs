@@ -32,7 +32,8 @@ use tidy::straightened;
 const ROUNDS: usize = 60;
 
 /// Newton steps over all triangles that there may be at the usual bound: some 12 ms each for ten
-/// thousand. With twice as many, seams come out no shorter; with two thirds, some of them longer.
+/// thousand. With more than twice as many, seams come out no shorter; with two thirds, some of
+/// them longer.
 pub const MOST_STEPS: u64 = 300;
 
 /// The share of them in which it is looked for where to cut.

@@ -163,11 +163,10 @@ impl Flattening {
         })
     }
 
-    /// The mean symmetric Dirichlet energy of a map at its best uniform scale; infinite where
-    /// a triangle is flipped or collapsed. `uv` must reach as far as the vertices.
+    /// That of a map.
     #[cfg(test)]
     pub(crate) fn mean_energy(&self, uv: &[[f64; 2]]) -> f64 {
-        Integrals::of(&self.triangles, &self.rest, uv).mean(self.rest.total_area())
+        super::energy::mean_energy(&self.triangles, &self.rest, uv)
     }
 
     fn value(&self, uv: &[[f64; 2]], boundary: Option<&Boundary>) -> Value {
