@@ -1,5 +1,6 @@
 //! The command line.
 
+mod bench;
 mod evaluate;
 mod names;
 mod unwrap;
@@ -8,6 +9,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+pub use bench::Bench;
 pub use evaluate::Evaluate;
 pub use names::{BackendName, Preset};
 pub use unwrap::Unwrap;
@@ -28,6 +30,7 @@ pub enum Command {
     Map(Map),
     Metrics(Metrics),
     Evaluate(Evaluate),
+    Bench(Bench),
     /// The backends compiled in and the adapters found
     Backends,
 }

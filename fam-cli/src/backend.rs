@@ -1,16 +1,23 @@
 //! The concrete backends: which are compiled in, which is chosen, and calling into one.
 
+use std::sync::Arc;
+
 use burn::tensor::backend::AutodiffBackend;
+use burn_autodiff::Autodiff;
+use fam_core::evaluation::{Evaluation, Plain, Tiled};
 
 use crate::args::BackendName;
 use crate::failure::Failure;
 
-#[cfg(not(any(feature = "ndarray", feature = "wgpu")))]
-compile_error!("fam needs at least one backend: enable the feature ndarray or wgpu");
+#[cfg(not(any(feature = "flex", feature = "ndarray", feature = "wgpu")))]
+compile_error!("fam needs at least one backend: enable the feature flex, ndarray or wgpu");
 
 /// A backend to compute on.
 #[derive(Debug, Clone)]
 pub enum Backend {
+    /// The CPU, by burn-flex.
+    #[cfg(feature = "flex")]
+    Flex,
     /// The CPU, by burn-ndarray.
     #[cfg(feature = "ndarray")]
     Ndarray,
@@ -26,7 +33,12 @@ pub enum Backend {
 pub trait Job {
     type Output;
 
-    fn run<B: AutodiffBackend>(self, device: &B::Device) -> Self::Output;
+    /// Runs on a device; MLPs that are trained are to be evaluated by `evaluation`.
+    fn run<B: AutodiffBackend>(
+        self,
+        device: &B::Device,
+        evaluation: Arc<dyn Evaluation<B>>,
+    ) -> Self::Output;
 }
 
 impl Backend {
@@ -34,6 +46,7 @@ impl Backend {
     pub fn choose(name: BackendName) -> Result<Self, Failure> {
         match name {
             BackendName::Auto => auto(),
+            BackendName::Flex => flex(),
             BackendName::Ndarray => ndarray(),
             BackendName::Wgpu => wgpu(),
         }
@@ -42,13 +55,17 @@ impl Backend {
     /// Runs a job on this backend.
     pub fn run<J: Job>(&self, job: J) -> J::Output {
         match self {
+            #[cfg(feature = "flex")]
+            Self::Flex => job
+                .run::<Autodiff<burn_flex::Flex>>(&Default::default(), Arc::new(Tiled::default())),
             #[cfg(feature = "ndarray")]
-            Self::Ndarray => {
-                job.run::<burn_autodiff::Autodiff<burn_ndarray::NdArray>>(&Default::default())
-            }
+            Self::Ndarray => job.run::<Autodiff<burn_ndarray::NdArray>>(
+                &Default::default(),
+                Arc::new(Tiled::default()),
+            ),
             #[cfg(feature = "wgpu")]
             Self::Wgpu { device, .. } => {
-                job.run::<burn_autodiff::Autodiff<burn_wgpu::Wgpu>>(device)
+                job.run::<Autodiff<burn_wgpu::Wgpu>>(device, Arc::new(Plain))
             }
         }
     }
@@ -56,6 +73,8 @@ impl Backend {
     /// The name on the command line.
     pub fn name(&self) -> &'static str {
         match self {
+            #[cfg(feature = "flex")]
+            Self::Flex => "flex",
             #[cfg(feature = "ndarray")]
             Self::Ndarray => "ndarray",
             #[cfg(feature = "wgpu")]
@@ -67,6 +86,8 @@ impl Backend {
 impl std::fmt::Display for Backend {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
+            #[cfg(feature = "flex")]
+            Self::Flex => f.write_str("flex (CPU)"),
             #[cfg(feature = "ndarray")]
             Self::Ndarray => f.write_str("ndarray (CPU)"),
             #[cfg(feature = "wgpu")]
@@ -81,7 +102,17 @@ fn auto() -> Result<Backend, Failure> {
     if let Some(backend) = adapters::best(adapters::Kind::is_gpu) {
         return Ok(backend);
     }
-    ndarray()
+    flex().or_else(|_| ndarray())
+}
+
+#[cfg(feature = "flex")]
+fn flex() -> Result<Backend, Failure> {
+    Ok(Backend::Flex)
+}
+
+#[cfg(not(feature = "flex"))]
+fn flex() -> Result<Backend, Failure> {
+    Err(Failure::input("the backend flex is not compiled in"))
 }
 
 #[cfg(feature = "ndarray")]
@@ -97,7 +128,7 @@ fn ndarray() -> Result<Backend, Failure> {
 #[cfg(feature = "wgpu")]
 fn wgpu() -> Result<Backend, Failure> {
     adapters::best(|_| true).ok_or_else(|| {
-        Failure::input("wgpu finds no graphics adapter; --backend ndarray runs on the CPU")
+        Failure::input("wgpu finds no graphics adapter; --backend flex runs on the CPU")
     })
 }
 

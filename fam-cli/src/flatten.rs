@@ -1,10 +1,12 @@
 //! Training on the chosen backend.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use burn::tensor::backend::AutodiffBackend;
 use fam_core::atlas::{self, Division, Part};
+use fam_core::evaluation::Evaluation;
 use fam_core::seams::{SeamRule, SeamThreshold, Seams};
 use fam_core::surface::{Components, Surface};
 use fam_core::training::TrainingConfig;
@@ -43,20 +45,31 @@ pub struct Flattened {
 impl Job for Flatten<'_> {
     type Output = Result<Flattened, Failure>;
 
-    fn run<B: AutodiffBackend>(self, device: &B::Device) -> Self::Output {
+    fn run<B: AutodiffBackend>(
+        self,
+        device: &B::Device,
+        evaluation: Arc<dyn Evaluation<B>>,
+    ) -> Self::Output {
         let division = Division {
             labels: &self.parting.labels,
             squares: &self.parting.squares,
         };
         let mut progress = TrainingProgress::new(self.quiet, self.config.iterations);
-        let flattened = atlas::flatten::<B>(self.config, self.surface, division, device, |now| {
-            progress.step(&now);
-            if self.stop.load(Ordering::Relaxed) {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
-        });
+        let flattened = atlas::flatten::<B>(
+            self.config,
+            self.surface,
+            division,
+            device,
+            evaluation,
+            |now| {
+                progress.step(&now);
+                if self.stop.load(Ordering::Relaxed) {
+                    ControlFlow::Break(())
+                } else {
+                    ControlFlow::Continue(())
+                }
+            },
+        );
         progress.finish();
         let flattened = flattened.map_err(Failure::input)?;
         // Nothing was learnt where already the first step failed.

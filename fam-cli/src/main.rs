@@ -10,6 +10,7 @@ mod finish;
 mod flatten;
 mod inputs;
 mod interrupt;
+mod machine;
 mod marks;
 mod output;
 mod progress;
@@ -35,6 +36,7 @@ fn main() -> ExitCode {
         Some(Command::Map(arguments)) => commands::map(&arguments),
         Some(Command::Metrics(arguments)) => commands::metrics(&arguments),
         Some(Command::Evaluate(arguments)) => commands::evaluate(&arguments),
+        Some(Command::Bench(arguments)) => commands::bench(&arguments),
         Some(Command::Backends) => commands::backends(),
     };
     match result {

@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use burn_autodiff::Autodiff;
 use burn_ndarray::NdArray;
+use fam_core::evaluation::Tiled;
 use fam_core::finish::{FinishConfig, finish_cloud};
 use fam_core::metrics::Metrics;
 use fam_core::surface::{PointCloud, Surface, SurfaceError, TriangleMesh, UvMap, shapes};
@@ -29,7 +30,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         let before = Instant::now();
         let going = |_: &_| ControlFlow::Continue(());
         let config = TrainingConfig::fast();
-        let map = train::<Autodiff<NdArray>>(config, &cloud, &Default::default(), going)?;
+        let map = train::<Autodiff<NdArray>>(
+            config,
+            &cloud,
+            &Default::default(),
+            Tiled::default(),
+            going,
+        )?;
         let training = before.elapsed().as_secs_f64();
         let raw = map.uvs(&points);
         let before = Instant::now();

@@ -2,6 +2,7 @@
 
 use burn::tensor::{Tensor, backend::Backend};
 
+use crate::evaluation::Evaluation;
 use crate::jacobian::{Jacobian, JacobianMode};
 use crate::networks::FlattenAnything;
 
@@ -39,8 +40,14 @@ pub struct UnwrapBranch<B: Backend> {
 
 impl<B: Backend> FlattenAnything<B> {
     /// P → Q `[N, 3] → [N, 2]`; without `cut_net`, P_cut is P.
-    pub fn unwrap(&self, p: Tensor<B, 2>, cut_net: bool) -> Tensor<B, 2> {
-        self.unwrap.forward(self.open(p, cut_net))
+    pub fn unwrap(
+        &self,
+        p: Tensor<B, 2>,
+        cut_net: bool,
+        evaluation: &dyn Evaluation<B>,
+    ) -> Tensor<B, 2> {
+        let p_cut = self.open(p, cut_net, evaluation);
+        self.unwrap.forward(p_cut, evaluation)
     }
 
     /// The 2D→3D→2D cycle of a lattice G `[M, 2]`.
@@ -49,17 +56,18 @@ impl<B: Backend> FlattenAnything<B> {
         g: Tensor<B, 2>,
         jacobian: Option<JacobianMode>,
         cut_net: bool,
+        evaluation: &dyn Evaluation<B>,
     ) -> DeformBranch<B> {
-        let q_hat = self.deform.forward(g);
+        let q_hat = self.deform.forward(g, evaluation);
         let (wrapped, jacobian) = match jacobian {
             Some(mode) => {
-                let (wrapped, jacobian) = mode.wrap(&self.wrap, q_hat.clone());
+                let (wrapped, jacobian) = mode.wrap(&self.wrap, q_hat.clone(), evaluation);
                 (wrapped, Some(jacobian))
             }
-            None => (self.wrap.forward(q_hat.clone()), None),
+            None => (self.wrap.forward(q_hat.clone(), evaluation), None),
         };
-        let p_hat_cut = self.open(wrapped.points.clone(), cut_net);
-        let q_hat_cycle = self.unwrap.forward(p_hat_cut.clone());
+        let p_hat_cut = self.open(wrapped.points.clone(), cut_net, evaluation);
+        let q_hat_cycle = self.unwrap.forward(p_hat_cut.clone(), evaluation);
         DeformBranch {
             q_hat,
             p_hat: wrapped.points,
@@ -76,10 +84,11 @@ impl<B: Backend> FlattenAnything<B> {
         p: Tensor<B, 2>,
         jacobian: JacobianMode,
         cut_net: bool,
+        evaluation: &dyn Evaluation<B>,
     ) -> UnwrapBranch<B> {
-        let p_cut = self.open(p, cut_net);
-        let q = self.unwrap.forward(p_cut.clone());
-        let (wrapped, jacobian) = jacobian.wrap(&self.wrap, q.clone());
+        let p_cut = self.open(p, cut_net, evaluation);
+        let q = self.unwrap.forward(p_cut.clone(), evaluation);
+        let (wrapped, jacobian) = jacobian.wrap(&self.wrap, q.clone(), evaluation);
         UnwrapBranch {
             p_cut,
             q,
@@ -89,8 +98,12 @@ impl<B: Backend> FlattenAnything<B> {
         }
     }
 
-    fn open(&self, p: Tensor<B, 2>, cut_net: bool) -> Tensor<B, 2> {
-        if cut_net { self.cut.forward(p) } else { p }
+    fn open(&self, p: Tensor<B, 2>, cut_net: bool, evaluation: &dyn Evaluation<B>) -> Tensor<B, 2> {
+        if cut_net {
+            self.cut.forward(p, evaluation)
+        } else {
+            p
+        }
     }
 }
 

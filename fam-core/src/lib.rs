@@ -12,6 +12,7 @@
 //! - [`sampling`]: the points that training sees;
 //! - [`networks`], [`cycles`], [`jacobian`], [`losses`], [`neighbors`]: the method, equation by
 //!   equation;
+//! - [`evaluation`]: how the networks are computed, by plain operations or by faster ones;
 //! - [`training`]: configuration and the loop;
 //! - [`atlas`]: surfaces of several components, one map each, in one UV square;
 //! - [`map`]: the trained map, UVs for any points, saved and loaded;
@@ -23,13 +24,14 @@
 //!
 //! use burn_autodiff::Autodiff;
 //! use burn_ndarray::NdArray;
+//! use fam_core::evaluation::Tiled;
 //! use fam_core::surface::{Surface, shapes};
 //! use fam_core::training::{TrainingConfig, train};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let surface = Surface::Mesh(shapes::torus(1.0, 0.4, 80, 40));
 //! let config = TrainingConfig::fast();
-//! let map = train::<Autodiff<NdArray>>(config, &surface, &Default::default(), |step| {
+//! let map = train::<Autodiff<NdArray>>(config, &surface, &Default::default(), Tiled::default(), |step| {
 //!     println!("{}: {}", step.iteration, step.total);
 //!     ControlFlow::Continue(())
 //! })?;
@@ -40,6 +42,7 @@
 
 pub mod atlas;
 pub mod cycles;
+pub mod evaluation;
 pub mod finish;
 pub mod jacobian;
 pub mod losses;

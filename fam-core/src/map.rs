@@ -8,6 +8,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::cycles::lattice;
+use crate::evaluation::Plain;
 use crate::neighbors::{nearest, rows};
 use crate::networks::FlattenAnything;
 use crate::surface::{Normalization, Surface, TriangleMesh};
@@ -220,7 +221,7 @@ impl<B: Backend> TrainedMap<B> {
                 .chunks(BATCH)
                 .flat_map(|chunk| {
                     let p = self.normalized(chunk);
-                    rows::<B, 2>(self.model.unwrap(p, without != Ablation::CutNet))
+                    rows::<B, 2>(self.model.unwrap(p, without != Ablation::CutNet, &Plain))
                 })
                 .collect(),
         }
@@ -234,8 +235,8 @@ impl<B: Backend> TrainedMap<B> {
         let q_hat = self
             .model
             .deform
-            .forward(Tensor::from_data(grid, &self.device));
-        let p_hat = rows::<B, 3>(self.model.wrap.forward(q_hat.clone()).points);
+            .forward(Tensor::from_data(grid, &self.device), &Plain);
+        let p_hat = rows::<B, 3>(self.model.wrap.forward(q_hat.clone(), &Plain).points);
         let q_hat = rows::<B, 2>(q_hat);
         let queries: Vec<_> = points
             .iter()

@@ -17,6 +17,7 @@ pub enum Preset {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum BackendName {
     Auto,
+    Flex,
     Ndarray,
     Wgpu,
 }

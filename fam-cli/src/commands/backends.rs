@@ -6,8 +6,10 @@ use crate::failure::Failure;
 
 /// Prints the backends compiled in, the adapters found, and what `auto` takes.
 pub fn backends() -> Result<ExitCode, Failure> {
+    #[cfg(feature = "flex")]
+    println!("flex     the CPU");
     #[cfg(feature = "ndarray")]
-    println!("ndarray  the CPU");
+    println!("ndarray  the CPU, slower");
     #[cfg(feature = "wgpu")]
     {
         let adapters = crate::backend::adapters::find();

@@ -1,7 +1,9 @@
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use burn::tensor::backend::AutodiffBackend;
 use fam_core::atlas::Atlas;
+use fam_core::evaluation::Evaluation;
 use fam_core::surface::Surface;
 use fam_io::{Uvs, WriteFault, WriteOptions};
 
@@ -47,7 +49,11 @@ struct Evaluate<'a> {
 impl Job for Evaluate<'_> {
     type Output = Result<Uvs, String>;
 
-    fn run<B: AutodiffBackend>(self, device: &B::Device) -> Self::Output {
+    fn run<B: AutodiffBackend>(
+        self,
+        device: &B::Device,
+        _: Arc<dyn Evaluation<B>>,
+    ) -> Self::Output {
         let atlas = Atlas::<B::InnerBackend>::from_safetensors(self.model, device)
             .map_err(|error| error.to_string())?;
         Ok(match self.surface {

@@ -1,12 +1,14 @@
 //! The commands, one file each.
 
 mod backends;
+mod bench;
 mod evaluate;
 mod map;
 mod metrics;
 mod unwrap;
 
 pub use backends::backends;
+pub use bench::bench;
 pub use evaluate::evaluate;
 pub use map::map;
 pub use metrics::metrics;

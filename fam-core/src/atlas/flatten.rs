@@ -1,4 +1,5 @@
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use burn::tensor::backend::{AutodiffBackend, Backend};
 use rand::SeedableRng;
@@ -6,6 +7,8 @@ use rand_pcg::Pcg64;
 
 use super::layout::{side_by_side, texel_density};
 use super::{Atlas, Chart, ComponentMap, Placement, Projection};
+use crate::evaluation::Evaluation;
+use crate::neighbors::KdTree;
 use crate::sampling::poisson_disk;
 use crate::seams::{SeamRule, SeamThreshold, Seams};
 use crate::surface::{Component, Components, Surface, SurfaceError, TriangleMesh};
@@ -84,6 +87,7 @@ pub fn flatten<B: AutodiffBackend>(
     surface: &Surface,
     division: Division,
     device: &B::Device,
+    evaluation: Arc<dyn Evaluation<B>>,
     observe: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Flattened<B::InnerBackend>, TrainingError> {
     if let Some(problem) = config.problem() {
@@ -91,11 +95,12 @@ pub fn flatten<B: AutodiffBackend>(
     }
     surface.normalization()?;
     match surface {
-        Surface::Mesh(mesh) => flatten_mesh::<B>(config, mesh, division, device, observe),
+        Surface::Mesh(mesh) => flatten_mesh(config, mesh, division, device, evaluation, observe),
         Surface::PointCloud(_) => {
             let mut job = Job::<B, _> {
                 config,
                 device,
+                evaluation,
                 observe,
                 components: 1,
                 started: 0,
@@ -126,6 +131,7 @@ fn flatten_mesh<B: AutodiffBackend>(
     mesh: &TriangleMesh,
     division: Division,
     device: &B::Device,
+    evaluation: Arc<dyn Evaluation<B>>,
     observe: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Flattened<B::InnerBackend>, TrainingError> {
     if mesh.triangles().len() == 1 {
@@ -150,6 +156,7 @@ fn flatten_mesh<B: AutodiffBackend>(
     let mut job = Job::<B, _> {
         config,
         device,
+        evaluation,
         observe,
         components: trained().count(),
         started: 0,
@@ -259,6 +266,7 @@ impl Part {
 struct Job<'a, B: AutodiffBackend, F> {
     config: &'a TrainingConfig,
     device: &'a B::Device,
+    evaluation: Arc<dyn Evaluation<B>>,
     observe: F,
     components: usize,
     started: usize,
@@ -275,7 +283,13 @@ impl<B: AutodiffBackend, F: FnMut(Progress) -> ControlFlow<()>> Job<'_, B, F> {
             points,
             ..self.config.clone()
         };
-        let mut trainer = Trainer::<B>::new(config, surface, self.device)?;
+        let mut trainer = Trainer::<B>::with(
+            config,
+            surface,
+            self.device,
+            Arc::new(KdTree),
+            self.evaluation.clone(),
+        )?;
         let points = trainer.points();
         let (mut last, mut error) = (None, None);
         for _ in 0..self.config.iterations {

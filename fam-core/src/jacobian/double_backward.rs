@@ -3,6 +3,7 @@ use burn::tensor::{Tensor, backend::Backend};
 use burn_autodiff::Autodiff;
 
 use super::Jacobian;
+use crate::evaluation::Plain;
 use crate::networks::WrapNet;
 
 /// Differentiates the network's points with respect to Q by a backward pass on an autodiff
@@ -16,7 +17,7 @@ pub(super) fn jacobian<B: Backend>(net: &WrapNet<B>, q: Tensor<B, 2>) -> Jacobia
     let net = WrapNet::<Autodiff<B>>::from_inner(net.clone()).no_grad();
     let copies = Tensor::cat(vec![q.clone(), q.clone(), q], 0);
     let tiled = Tensor::<Autodiff<B>, 2>::from_inner(copies).require_grad();
-    let points = net.forward(tiled.clone()).points;
+    let points = net.forward(tiled.clone(), &Plain).points;
     let coordinate = |k: usize| points.clone().slice([k * n..(k + 1) * n, k..k + 1]).sum();
     let gradients = (coordinate(0) + coordinate(1) + coordinate(2)).backward();
     let rows = tiled

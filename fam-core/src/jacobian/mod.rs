@@ -14,6 +14,7 @@ use burn::tensor::{Tensor, backend::Backend};
 
 use serde::{Deserialize, Serialize};
 
+use crate::evaluation::Evaluation;
 use crate::networks::{WrapNet, Wrapped};
 
 pub use fundamental_form::FirstFundamentalForm;
@@ -41,12 +42,18 @@ pub enum JacobianMode {
 impl JacobianMode {
     /// Wrap-Net at Q `[N, 2]` and the Jacobian of its points there. Both are differentiable
     /// with respect to the weights and to Q wherever `B` tracks them.
-    pub fn wrap<B: Backend>(self, net: &WrapNet<B>, q: Tensor<B, 2>) -> (Wrapped<B>, Jacobian<B>) {
+    pub fn wrap<B: Backend>(
+        self,
+        net: &WrapNet<B>,
+        q: Tensor<B, 2>,
+        evaluation: &dyn Evaluation<B>,
+    ) -> (Wrapped<B>, Jacobian<B>) {
         match self {
             JacobianMode::DoubleBackward => {
-                (net.forward(q.clone()), double_backward::jacobian(net, q))
+                let wrapped = net.forward(q.clone(), evaluation);
+                (wrapped, double_backward::jacobian(net, q))
             }
-            JacobianMode::ForwardTangent => forward_tangent::wrap(net, q),
+            JacobianMode::ForwardTangent => forward_tangent::wrap(net, q, evaluation),
         }
     }
 }

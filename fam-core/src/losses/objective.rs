@@ -106,13 +106,13 @@ impl<B: Backend> Losses<B> {
     ///
     /// `p` `[N, 3]` are the surface points, `normals` `[N, 3]` theirs; without them the normals'
     /// term is dropped.
-    pub fn of<S: NeighborSearch<B>>(
+    pub fn of(
         objective: Objective,
         p: Tensor<B, 2>,
         normals: Option<Tensor<B, 2>>,
         deform: Option<DeformBranch<B>>,
         unwrap: Option<UnwrapBranch<B>>,
-        search: &S,
+        search: &dyn NeighborSearch<B>,
     ) -> Self {
         let lattice_size = match &deform {
             Some(deform) => deform.q_hat.dims()[0],
@@ -179,8 +179,8 @@ impl<B: Backend> Losses<B> {
     }
 }
 
-fn spread_loss<B: Backend, S: NeighborSearch<B>>(
-    search: &S,
+fn spread_loss<B: Backend>(
+    search: &dyn NeighborSearch<B>,
     q: Tensor<B, 2>,
     epsilon: Tensor<B, 1>,
 ) -> Tensor<B, 1> {

@@ -12,7 +12,7 @@ pub(crate) use kd_tree::rows;
 pub use kd_tree::{KdTree, nearest, nearest_others};
 
 /// Finds nearest neighbours in Euclidean distance.
-pub trait NeighborSearch<B: Backend> {
+pub trait NeighborSearch<B: Backend>: Send + Sync {
     /// For each of `queries` `[M, D]` the indices of its nearest row of `points` `[N, D]`: `[M]`.
     /// D is 2 or 3.
     fn nearest(&self, points: Tensor<B, 2>, queries: Tensor<B, 2>) -> Tensor<B, 1, Int>;

@@ -2,6 +2,7 @@ use burn::module::Module;
 use burn::tensor::{Tensor, backend::Backend};
 
 use super::Mlp;
+use crate::evaluation::Evaluation;
 
 /// Cut-Net M_c: moves surface points by learned offsets so that the surface opens along
 /// seams, P_cut = ξ″([P, ξ′(P)]) + P.
@@ -15,8 +16,9 @@ pub struct CutNet<B: Backend> {
 
 impl<B: Backend> CutNet<B> {
     /// P `[N, 3]` → P_cut `[N, 3]`.
-    pub fn forward(&self, p: Tensor<B, 2>) -> Tensor<B, 2> {
-        let latent = self.mlp_1.forward(p.clone());
-        self.mlp_2.forward(Tensor::cat(vec![p.clone(), latent], 1)) + p
+    pub fn forward(&self, p: Tensor<B, 2>, evaluation: &dyn Evaluation<B>) -> Tensor<B, 2> {
+        let none = Vec::new();
+        let (moved, _) = evaluation.twofold(&self.mlp_1, &self.mlp_2, p.clone(), none);
+        moved + p
     }
 }

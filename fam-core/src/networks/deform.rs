@@ -2,6 +2,7 @@ use burn::module::Module;
 use burn::tensor::{Tensor, backend::Backend};
 
 use super::Mlp;
+use crate::evaluation::Evaluation;
 
 /// Deform-Net M_d: moves the points of a uniform lattice G in [−1, 1]² to UV coordinates,
 /// Q̂ = ξ″([G, ξ′(G)]) + G.
@@ -15,8 +16,9 @@ pub struct DeformNet<B: Backend> {
 
 impl<B: Backend> DeformNet<B> {
     /// G `[N, 2]` → Q̂ `[N, 2]`.
-    pub fn forward(&self, g: Tensor<B, 2>) -> Tensor<B, 2> {
-        let latent = self.mlp_1.forward(g.clone());
-        self.mlp_2.forward(Tensor::cat(vec![g.clone(), latent], 1)) + g
+    pub fn forward(&self, g: Tensor<B, 2>, evaluation: &dyn Evaluation<B>) -> Tensor<B, 2> {
+        let none = Vec::new();
+        let (moved, _) = evaluation.twofold(&self.mlp_1, &self.mlp_2, g.clone(), none);
+        moved + g
     }
 }

@@ -4,7 +4,7 @@ use burn::tensor::{Tensor, TensorData, backend::Backend};
 use rand::{Rng, RngExt};
 
 /// Slope of LeakyReLU for negative inputs (the paper's appendix).
-const NEGATIVE_SLOPE: f32 = 0.01;
+pub(crate) const NEGATIVE_SLOPE: f32 = 0.01;
 
 /// Stacked linear layers, ξ in the paper: LeakyReLU after every layer but the last.
 #[derive(Module, Debug)]
@@ -39,6 +39,26 @@ impl<B: Backend> Mlp<B> {
             })
             .collect();
         Self { layers }
+    }
+
+    /// Channels before, between and after the layers.
+    pub(crate) fn channels(&self) -> Vec<usize> {
+        let inputs = self.layers[0].weight.dims()[0];
+        let outputs = self.layers.iter().map(|layer| layer.weight.dims()[1]);
+        std::iter::once(inputs).chain(outputs).collect()
+    }
+
+    /// Layer by layer all weights and biases, each in one row; a missing bias is zero.
+    pub(crate) fn parameters(&self) -> impl Iterator<Item = Tensor<B, 1>> {
+        self.layers.iter().flat_map(|layer| {
+            let weight = layer.weight.val();
+            let [inputs, outputs] = weight.dims();
+            let bias = match &layer.bias {
+                Some(bias) => bias.val(),
+                None => Tensor::zeros([outputs], &weight.device()),
+            };
+            [weight.reshape([inputs * outputs]), bias]
+        })
     }
 
     /// ξ(x): `[N, in] → [N, out]`.

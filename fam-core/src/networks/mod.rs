@@ -12,6 +12,7 @@ mod wrap;
 
 pub use cut::CutNet;
 pub use deform::DeformNet;
+pub(crate) use mlp::NEGATIVE_SLOPE;
 pub use mlp::{Mlp, Slopes};
 pub use model::{FlattenAnything, FlattenAnythingConfig};
 pub use unwrap::UnwrapNet;

@@ -2,6 +2,7 @@ use burn::module::Module;
 use burn::tensor::{Tensor, backend::Backend};
 
 use super::Mlp;
+use crate::evaluation::Evaluation;
 
 /// Unwrap-Net M_u: flattens the opened surface onto the plane, Q = ξ(P_cut).
 #[derive(Module, Debug)]
@@ -12,7 +13,7 @@ pub struct UnwrapNet<B: Backend> {
 
 impl<B: Backend> UnwrapNet<B> {
     /// P_cut `[N, 3]` → Q `[N, 2]`.
-    pub fn forward(&self, p_cut: Tensor<B, 2>) -> Tensor<B, 2> {
-        self.mlp.forward(p_cut)
+    pub fn forward(&self, p_cut: Tensor<B, 2>, evaluation: &dyn Evaluation<B>) -> Tensor<B, 2> {
+        evaluation.single(&self.mlp, p_cut)
     }
 }

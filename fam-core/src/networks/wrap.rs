@@ -1,7 +1,8 @@
 use burn::module::Module;
 use burn::tensor::{Tensor, backend::Backend};
 
-use super::{Mlp, Slopes};
+use super::Mlp;
+use crate::evaluation::Evaluation;
 
 /// Wrap-Net M_w: wraps UV coordinates onto the surface and predicts its normals there,
 /// [P̂; P̂ⁿ] = ξ″([Q̂, ξ′(Q̂)]).
@@ -33,25 +34,21 @@ impl<B: Backend> Wrapped<B> {
 
 impl<B: Backend> WrapNet<B> {
     /// Q `[N, 2]` → points and normals.
-    pub fn forward(&self, q: Tensor<B, 2>) -> Wrapped<B> {
-        let latent = self.mlp_1.forward(q.clone());
-        Wrapped::split(self.mlp_2.forward(Tensor::cat(vec![q, latent], 1)))
+    pub fn forward(&self, q: Tensor<B, 2>, evaluation: &dyn Evaluation<B>) -> Wrapped<B> {
+        self.forward_with_tangents(q, Vec::new(), evaluation).0
     }
 
-    /// [`WrapNet::forward`] with the activations' slopes of ξ′ and ξ″.
-    pub fn forward_with_slopes(&self, q: Tensor<B, 2>) -> (Wrapped<B>, [Slopes<B>; 2]) {
-        let (latent, slopes_1) = self.mlp_1.forward_with_slopes(q.clone());
-        let (output, slopes_2) = self
-            .mlp_2
-            .forward_with_slopes(Tensor::cat(vec![q, latent], 1));
-        (Wrapped::split(output), [slopes_1, slopes_2])
-    }
-
-    /// The derivative of the points with respect to Q along a tangent: `[N, 2] → [N, 3]`.
-    pub fn push_tangent(&self, tangent: Tensor<B, 2>, slopes: &[Slopes<B>; 2]) -> Tensor<B, 2> {
-        let latent = self.mlp_1.push_tangent(tangent.clone(), &slopes[0]);
-        self.mlp_2
-            .push_tangent(Tensor::cat(vec![tangent, latent], 1), &slopes[1])
-            .narrow(1, 0, 3)
+    /// [`WrapNet::forward`], and the derivative of the points with respect to Q along each of
+    /// `tangents`: `[N, 2] → [N, 3]`.
+    pub fn forward_with_tangents(
+        &self,
+        q: Tensor<B, 2>,
+        tangents: Vec<Tensor<B, 2>>,
+        evaluation: &dyn Evaluation<B>,
+    ) -> (Wrapped<B>, Vec<Tensor<B, 2>>) {
+        let (output, pushed) = evaluation.twofold(&self.mlp_1, &self.mlp_2, q, tangents);
+        let points = |tangent: Tensor<B, 2>| tangent.narrow(1, 0, 3);
+        let pushed = pushed.into_iter().map(points).collect();
+        (Wrapped::split(output), pushed)
     }
 }

@@ -1,4 +1,5 @@
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use burn::lr_scheduler::LrScheduler;
 use burn::lr_scheduler::cosine::{CosineAnnealingLrScheduler, CosineAnnealingLrSchedulerConfig};
@@ -12,6 +13,7 @@ use rand_pcg::Pcg64;
 
 use super::{Ablation, TrainingConfig};
 use crate::cycles::lattice;
+use crate::evaluation::{Evaluation, Plain};
 use crate::losses::{LossTerm, Losses, Objective};
 use crate::map::TrainedMap;
 use crate::neighbors::{KdTree, NeighborSearch};
@@ -53,10 +55,10 @@ pub enum TrainingError {
 
 /// Trains the model on a surface, step by step.
 ///
-/// `S` finds nearest neighbours; [`Trainer::new`] takes the k-d tree on the host,
-/// [`Trainer::with_search`] another one.
+/// [`Trainer::new`] takes the k-d tree on the host for nearest neighbours and plain operations
+/// for the networks, [`Trainer::with`] others.
 #[derive(Clone)]
-pub struct Trainer<B: AutodiffBackend, S = KdTree> {
+pub struct Trainer<B: AutodiffBackend> {
     config: TrainingConfig,
     device: B::Device,
     normalization: Normalization,
@@ -68,7 +70,8 @@ pub struct Trainer<B: AutodiffBackend, S = KdTree> {
     last_good: FlattenAnything<B>,
     optimizer: OptimizerAdaptor<AdamW, FlattenAnything<B>, B>,
     schedule: CosineAnnealingLrScheduler,
-    search: S,
+    search: Arc<dyn NeighborSearch<B>>,
+    evaluation: Arc<dyn Evaluation<B>>,
     iteration: usize,
 }
 
@@ -80,7 +83,7 @@ struct Batch<B: AutodiffBackend> {
 }
 
 impl<B: AutodiffBackend> Trainer<B> {
-    /// A trainer with fresh weights and neighbours from a k-d tree on the host.
+    /// A trainer with fresh weights, neighbours from a k-d tree on the host and plain operations.
     ///
     /// # Errors
     /// A configuration or a surface that cannot be trained on.
@@ -89,20 +92,19 @@ impl<B: AutodiffBackend> Trainer<B> {
         surface: &Surface,
         device: &B::Device,
     ) -> Result<Self, TrainingError> {
-        Self::with_search(config, surface, device, KdTree)
+        Self::with(config, surface, device, Arc::new(KdTree), Arc::new(Plain))
     }
-}
 
-impl<B: AutodiffBackend, S: NeighborSearch<B>> Trainer<B, S> {
-    /// A trainer with fresh weights and a neighbour search of the caller's.
+    /// A trainer with fresh weights, a neighbour search and an evaluation of the caller's.
     ///
     /// # Errors
     /// A configuration or a surface that cannot be trained on.
-    pub fn with_search(
+    pub fn with(
         config: TrainingConfig,
         surface: &Surface,
         device: &B::Device,
-        search: S,
+        search: Arc<dyn NeighborSearch<B>>,
+        evaluation: Arc<dyn Evaluation<B>>,
     ) -> Result<Self, TrainingError> {
         if let Some(problem) = config.problem() {
             return Err(TrainingError::Config(problem));
@@ -158,6 +160,7 @@ impl<B: AutodiffBackend, S: NeighborSearch<B>> Trainer<B, S> {
             optimizer,
             schedule,
             search,
+            evaluation,
             iteration: 0,
             config,
         })
@@ -195,11 +198,11 @@ impl<B: AutodiffBackend, S: NeighborSearch<B>> Trainer<B, S> {
         let deform = (without != Ablation::DeformBranch).then(|| {
             let on_g = (objective == Objective::Paper).then_some(jacobian);
             self.model
-                .deform_branch(self.lattice.clone(), on_g, cut_net)
+                .deform_branch(self.lattice.clone(), on_g, cut_net, &*self.evaluation)
         });
         let unwrap = (without != Ablation::UnwrapBranch).then(|| {
             self.model
-                .unwrap_branch(batch.points.clone(), jacobian, cut_net)
+                .unwrap_branch(batch.points.clone(), jacobian, cut_net, &*self.evaluation)
         });
         Losses::of(
             objective,
@@ -207,7 +210,7 @@ impl<B: AutodiffBackend, S: NeighborSearch<B>> Trainer<B, S> {
             batch.normals,
             deform,
             unwrap,
-            &self.search,
+            &*self.search,
         )
     }
 
@@ -314,10 +317,17 @@ pub fn train<B: AutodiffBackend>(
     config: TrainingConfig,
     surface: &Surface,
     device: &B::Device,
+    evaluation: impl Evaluation<B> + 'static,
     mut observe: impl FnMut(&Step) -> ControlFlow<()>,
 ) -> Result<TrainedMap<B::InnerBackend>, TrainingError> {
     let iterations = config.iterations;
-    let mut trainer = Trainer::<B>::new(config, surface, device)?;
+    let mut trainer = Trainer::<B>::with(
+        config,
+        surface,
+        device,
+        Arc::new(KdTree),
+        Arc::new(evaluation),
+    )?;
     for _ in 0..iterations {
         let step = trainer.step()?;
         if observe(&step).is_break() {

@@ -1,10 +1,12 @@
 //! Surfaces of several components.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use burn_autodiff::Autodiff;
 use burn_ndarray::NdArray;
 use fam_core::atlas::{Atlas, Division, Flattened, Progress, flatten};
+use fam_core::evaluation::Tiled;
 use fam_core::metrics::Metrics;
 use fam_core::seams::SeamRule;
 use fam_core::surface::{PointCloud, Surface, TriangleMesh, UvMap, shapes};
@@ -49,8 +51,15 @@ fn run(
     observe: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Flattened<Backend> {
     let surface = Surface::Mesh(mesh.clone());
-    flatten::<Autodiff<Backend>>(&config(), &surface, division, &Default::default(), observe)
-        .unwrap()
+    flatten::<Autodiff<Backend>>(
+        &config(),
+        &surface,
+        division,
+        &Default::default(),
+        Arc::new(Tiled::default()),
+        observe,
+    )
+    .unwrap()
 }
 
 fn uv_map(flattened: &Flattened<Backend>) -> UvMap {
@@ -192,6 +201,7 @@ fn a_cloud_is_one_component() {
         &surface,
         Division::default(),
         &Default::default(),
+        Arc::new(Tiled::default()),
         |_| ControlFlow::Continue(()),
     )
     .unwrap();

@@ -7,6 +7,7 @@ use burn::tensor::backend::{AutodiffBackend, Backend};
 use burn::tensor::{ElementConversion, FloatDType, Tensor, TensorData};
 use burn_autodiff::Autodiff;
 use burn_ndarray::NdArray;
+use fam_core::evaluation::Plain;
 use fam_core::jacobian::JacobianMode;
 use fam_core::losses::{LossWeights, Losses, Objective, conformality_loss};
 use fam_core::neighbors::KdTree;
@@ -101,8 +102,8 @@ impl Problem {
 
     fn total(&self, model: &FlattenAnything<Cpu>, weights: &LossWeights) -> Tensor<Cpu, 1> {
         let on_g = (self.objective == Objective::Paper).then_some(self.mode);
-        let deform = model.deform_branch(self.input("grid"), on_g, true);
-        let unwrap = model.unwrap_branch(self.input("points"), self.mode, true);
+        let deform = model.deform_branch(self.input("grid"), on_g, true, &Plain);
+        let unwrap = model.unwrap_branch(self.input("points"), self.mode, true, &Plain);
         Losses::of(
             self.objective,
             self.input("points"),
@@ -193,12 +194,13 @@ fn jacobians_are_those_of_finite_differences() {
     let device = Default::default();
     let shifted = |du: f64, dv: f64| {
         let offset = Tensor::<NdArray, 2>::from_data([[du, dv]], &device);
-        net.forward(q.clone() + offset.cast(FloatDType::F64)).points
+        net.forward(q.clone() + offset.cast(FloatDType::F64), &Plain)
+            .points
     };
     let finite_u = (shifted(STEP, 0.0) - shifted(-STEP, 0.0)) / (2.0 * STEP);
     let finite_v = (shifted(0.0, STEP) - shifted(0.0, -STEP)) / (2.0 * STEP);
     for mode in [JacobianMode::DoubleBackward, JacobianMode::ForwardTangent] {
-        let (_, jacobian) = mode.wrap(&net, q.clone());
+        let (_, jacobian) = mode.wrap(&net, q.clone(), &Plain);
         for (found, expected) in [(jacobian.u, &finite_u), (jacobian.v, &finite_v)] {
             let largest = (found - expected.clone()).abs().max().into_scalar();
             assert!(f64::from(largest) < 1e-5, "{mode:?}: off by {largest}");
@@ -217,7 +219,7 @@ fn both_jacobian_modes_agree() {
     let evaluate = |mode: JacobianMode| {
         let net = config.init::<Cpu>(&device, 11).wrap;
         let q = Tensor::<Cpu, 2>::from_data(TensorData::new(values.clone(), [300, 2]), &device);
-        let (_, jacobian) = mode.wrap(&net, q);
+        let (_, jacobian) = mode.wrap(&net, q, &Plain);
         let columns = Tensor::cat(vec![jacobian.u.clone(), jacobian.v.clone()], 1);
         let loss = conformality_loss(jacobian).sum();
         let gradients = loss.backward();

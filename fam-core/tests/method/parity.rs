@@ -9,8 +9,10 @@ use crate::reference_numbers::{
 };
 use burn::module::AutodiffModule;
 use burn_autodiff::Autodiff;
+use burn_flex::Flex;
 use burn_ndarray::NdArray;
 use fam_core::cycles::lattice;
+use fam_core::evaluation::{Plain, Tiled};
 use fam_core::jacobian::JacobianMode;
 use fam_core::losses::Objective;
 use fam_core::networks::FlattenAnything;
@@ -20,7 +22,19 @@ type Cpu = Autodiff<NdArray>;
 
 #[test]
 fn small_reference_on_ndarray() {
-    all_combinations::<Cpu>(&Reference::small(), &Default::default());
+    all_combinations::<Cpu>(&Reference::small(), &Plain, &Default::default());
+}
+
+#[test]
+fn small_reference_by_tiles() {
+    let (reference, tiled) = (Reference::small(), Tiled::default());
+    all_combinations::<Cpu>(&reference, &tiled, &Default::default());
+    all_combinations::<Autodiff<Flex>>(&reference, &tiled, &Default::default());
+}
+
+#[test]
+fn small_reference_on_flex() {
+    all_combinations::<Autodiff<Flex>>(&Reference::small(), &Plain, &Default::default());
 }
 
 #[test]
@@ -36,7 +50,15 @@ fn full_reference_on_ndarray() {
     };
     let reference = Reference { bytes };
     for mode in [JacobianMode::DoubleBackward, JacobianMode::ForwardTangent] {
-        matches::<Cpu>(&reference, Objective::Paper, mode, &Default::default());
+        let device = Default::default();
+        matches::<Cpu>(&reference, Objective::Paper, mode, &Plain, &device);
+        matches::<Cpu>(
+            &reference,
+            Objective::Paper,
+            mode,
+            &Tiled::default(),
+            &device,
+        );
     }
 }
 
@@ -71,7 +93,7 @@ fn weights_of_another_value_are_noticed() {
     changed.wrap.mlp_2.layers[0].bias = Some(bias.map(|b| b + 1e-2));
     let changed = FlattenAnything::<Cpu>::from_inner(changed);
     let points = reference.tensor::<Cpu>("points", &device);
-    let branch = changed.unwrap_branch(points, JacobianMode::ForwardTangent, true);
+    let branch = changed.unwrap_branch(points, JacobianMode::ForwardTangent, true, &Plain);
     let (expected, _) = reference.values("p_cycle");
     assert!(relative_error(&host(&branch.p_cycle), &expected) > TOLERANCE);
 }

@@ -1,10 +1,12 @@
 //! Training from end to end on generated surfaces, small and short.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use burn::tensor::{Int, Tensor, backend::Backend};
 use burn_autodiff::Autodiff;
 use burn_ndarray::NdArray;
+use fam_core::evaluation::Tiled;
 use fam_core::losses::{LossTerm, Objective};
 use fam_core::map::TrainedMap;
 use fam_core::metrics::Metrics;
@@ -28,10 +30,16 @@ fn small(iterations: usize) -> TrainingConfig {
 
 fn run(config: TrainingConfig, surface: &Surface) -> (TrainedMap<NdArray>, Step) {
     let mut last = None;
-    let map = train::<Cpu>(config, surface, &Default::default(), |step| {
-        last = Some(step.clone());
-        ControlFlow::Continue(())
-    })
+    let map = train::<Cpu>(
+        config,
+        surface,
+        &Default::default(),
+        Tiled::default(),
+        |step| {
+            last = Some(step.clone());
+            ControlFlow::Continue(())
+        },
+    )
     .unwrap();
     (map, last.unwrap())
 }
@@ -346,7 +354,7 @@ fn distances<B: Backend>(a: Tensor<B, 2>, b: Tensor<B, 2>) -> Tensor<B, 2> {
 }
 
 #[test]
-fn another_neighbor_search_can_take_the_place_of_the_tree() {
+fn another_search_and_evaluation_can_take_the_place_of_the_default() {
     let surface = Surface::Mesh(shapes::torus(1.0, 0.4, 30, 16));
     let config = TrainingConfig {
         points: 100,
@@ -354,7 +362,14 @@ fn another_neighbor_search_can_take_the_place_of_the_tree() {
     };
     let device = Default::default();
     let mut tree = Trainer::<Cpu>::new(config.clone(), &surface, &device).unwrap();
-    let mut brute = Trainer::<Cpu, _>::with_search(config, &surface, &device, BruteForce).unwrap();
+    let mut brute = Trainer::<Cpu>::with(
+        config,
+        &surface,
+        &device,
+        Arc::new(BruteForce),
+        Arc::new(Tiled::default()),
+    )
+    .unwrap();
     for _ in 0..3 {
         let (a, b) = (tree.step().unwrap(), brute.step().unwrap());
         assert!((a.total - b.total).abs() < 1e-5, "{} {}", a.total, b.total);

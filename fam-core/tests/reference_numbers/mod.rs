@@ -4,6 +4,7 @@
 use std::collections::HashMap;
 
 use burn::tensor::{Tensor, TensorData, backend::AutodiffBackend};
+use fam_core::evaluation::Evaluation;
 use fam_core::jacobian::{FirstFundamentalForm, Jacobian, JacobianMode};
 use fam_core::losses::{
     LossTerm, LossWeights, Losses, Objective, bounding_box_normalized, bounding_box_side,
@@ -79,6 +80,7 @@ pub fn matches<B: AutodiffBackend>(
     reference: &Reference,
     objective: Objective,
     mode: JacobianMode,
+    evaluation: &dyn Evaluation<B>,
     device: &B::Device,
 ) {
     let model = FlattenAnything::<B>::from_reference(&reference.bytes, device).unwrap();
@@ -87,7 +89,7 @@ pub fn matches<B: AutodiffBackend>(
     let grid = reference.tensor::<B>("grid", device);
 
     let on_g = (objective == Objective::Paper).then_some(mode);
-    let deform = model.deform_branch(grid, on_g, true);
+    let deform = model.deform_branch(grid, on_g, true, evaluation);
     reference.check("q_hat", &host(&deform.q_hat));
     reference.check("p_hat", &host(&deform.p_hat));
     reference.check("p_hat_normals", &host(&deform.p_hat_normals));
@@ -96,7 +98,7 @@ pub fn matches<B: AutodiffBackend>(
     if let Some(jacobian) = &deform.jacobian {
         jacobian_matches(reference, jacobian, "g");
     }
-    let unwrap = model.unwrap_branch(points.clone(), mode, true);
+    let unwrap = model.unwrap_branch(points.clone(), mode, true, evaluation);
     reference.check("p_cut", &host(&unwrap.p_cut));
     reference.check("q", &host(&unwrap.q));
     reference.check("p_cycle", &host(&unwrap.p_cycle));
@@ -182,10 +184,14 @@ fn named_gradients<B: AutodiffBackend>(
 }
 
 /// Both objectives in both Jacobian modes.
-pub fn all_combinations<B: AutodiffBackend>(reference: &Reference, device: &B::Device) {
+pub fn all_combinations<B: AutodiffBackend>(
+    reference: &Reference,
+    evaluation: &dyn Evaluation<B>,
+    device: &B::Device,
+) {
     for objective in [Objective::Paper, Objective::Reference] {
         for mode in [JacobianMode::DoubleBackward, JacobianMode::ForwardTangent] {
-            matches::<B>(reference, objective, mode, device);
+            matches::<B>(reference, objective, mode, evaluation, device);
         }
     }
 }

@@ -8,6 +8,7 @@ use std::io::Write;
 use burn_autodiff::Autodiff;
 use burn_wgpu::graphics::{AutoGraphicsApi, GraphicsApi};
 use burn_wgpu::{Wgpu, WgpuDevice};
+use fam_core::evaluation::Plain;
 use reference_numbers::{Reference, all_combinations};
 
 /// A wgpu adapter, software ones included.
@@ -39,6 +40,6 @@ fn adapter() -> Option<WgpuDevice> {
 #[test]
 fn small_reference_on_wgpu() {
     if let Some(device) = adapter() {
-        all_combinations::<Autodiff<Wgpu>>(&Reference::small(), &device);
+        all_combinations::<Autodiff<Wgpu>>(&Reference::small(), &Plain, &device);
     }
 }

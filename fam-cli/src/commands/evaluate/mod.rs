@@ -1,4 +1,3 @@
-mod machine;
 mod reference;
 mod table;
 mod trial;
@@ -15,6 +14,7 @@ use crate::config::Config;
 use crate::failure::Failure;
 use crate::inputs::Inputs;
 use crate::interrupt::{INTERRUPTED, stop_on_interrupt};
+use crate::machine;
 use reference::Reference;
 use table::{Outcome, Row, Table};
 use trial::{Source, Trial};

@@ -1,9 +1,11 @@
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use burn::tensor::backend::AutodiffBackend;
 use fam_core::atlas::Atlas;
+use fam_core::evaluation::Evaluation;
 use fam_core::finish::{FinishConfig, Guidance, Unfinished};
 use fam_core::metrics::Metrics;
 use fam_core::seams::SeamRule;
@@ -158,7 +160,11 @@ struct Load<'a> {
 impl Job for Load<'_> {
     type Output = Result<Vec<Vec<[f32; 2]>>, String>;
 
-    fn run<B: AutodiffBackend>(self, device: &B::Device) -> Self::Output {
+    fn run<B: AutodiffBackend>(
+        self,
+        device: &B::Device,
+        _: Arc<dyn Evaluation<B>>,
+    ) -> Self::Output {
         let atlas = Atlas::<B::InnerBackend>::from_safetensors(self.model, device);
         let atlas = atlas.map_err(|error| error.to_string())?;
         Ok(atlas.component_uvs(self.components))

@@ -1,3 +1,5 @@
+//! What figures were measured on.
+
 /// The processor, as far as the system tells, and how many threads it is used with.
 pub fn description() -> String {
     let threads = std::thread::available_parallelism().map_or(1, |count| count.get());

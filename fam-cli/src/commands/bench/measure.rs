@@ -1,0 +1,199 @@
+use std::sync::Arc;
+
+use burn::tensor::backend::{AutodiffBackend, Backend};
+use burn::tensor::{Distribution, Tensor, TensorData};
+use fam_core::cycles::lattice;
+use fam_core::evaluation::Evaluation;
+use fam_core::jacobian::JacobianMode;
+use fam_core::losses::Objective;
+use fam_core::networks::{FlattenAnything, Mlp};
+use fam_core::surface::{Surface, shapes};
+use fam_core::training::{Trainer, TrainingConfig};
+use serde::{Deserialize, Serialize};
+
+use super::timed::{Clock, Clocks, TimedEvaluation, TimedSearch, seconds};
+use crate::backend::Job;
+
+/// Side of the square matrices that a backend's products are measured on.
+const PRODUCT: usize = 1024;
+
+/// How often; the best counts.
+const PRODUCTS: usize = 8;
+
+/// How one backend trained.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Measurement {
+    /// What computed.
+    pub backend: String,
+    /// Seconds of a step and of its parts.
+    pub step: f64,
+    pub forward: f64,
+    pub jacobian: f64,
+    pub neighbors: f64,
+    pub losses: f64,
+    pub backward: f64,
+    pub optimizer: f64,
+    /// Points (and as many lattice points) a second.
+    pub points_per_second: f64,
+    /// The products of a step with forward tangents, per second.
+    pub gflops: f64,
+    /// Of a product of large matrices by the same backend.
+    pub product_gflops: f64,
+    /// The most memory that the process had, where the system tells.
+    pub peak_memory_mib: Option<f64>,
+    /// The total loss after the steps.
+    pub loss: f32,
+}
+
+/// Takes some steps and measures them.
+pub struct Measure<'a> {
+    pub backend: String,
+    pub config: &'a TrainingConfig,
+    pub steps: usize,
+}
+
+impl Job for Measure<'_> {
+    type Output = Result<Measurement, String>;
+
+    fn run<B: AutodiffBackend>(
+        self,
+        device: &B::Device,
+        evaluation: Arc<dyn Evaluation<B>>,
+    ) -> Self::Output {
+        let clocks = Arc::new(Clocks::default());
+        let search = Arc::new(TimedSearch {
+            clocks: clocks.clone(),
+        });
+        let timed = Arc::new(TimedEvaluation {
+            inner: evaluation.clone(),
+            clocks: clocks.clone(),
+        });
+        let torus = Surface::Mesh(shapes::torus(1.0, 0.4, 96, 48));
+        let config = self.config.clone();
+        let mut trainer = Trainer::<B>::with(config, &torus, device, search, timed)
+            .map_err(|error| error.to_string())?;
+        let points = trainer.points();
+        // The first step allocates, and on a graphics adapter compiles.
+        trainer.step().map_err(|error| error.to_string())?;
+        let aside = match self.config.jacobian {
+            JacobianMode::ForwardTangent => 0.0,
+            mode => double_backward::<B>(mode, self.config, points, device, &*evaluation),
+        };
+        let mut parts: [Vec<f64>; 7] = Default::default();
+        for _ in 0..self.steps {
+            let hooks = [&clocks.forward, &clocks.tangents, &clocks.neighbors];
+            // What the step before left on them.
+            let _ = hooks.map(Clock::read);
+            let (losses, before_backward) = seconds::<B, _>(device, || trainer.losses());
+            let [forward, tangents, neighbors] = hooks.map(Clock::read);
+            let total = losses.total(&self.config.weights);
+            let (_, backward) = seconds::<B, _>(device, || total.backward());
+            let (step, whole) = seconds::<B, _>(device, || trainer.step());
+            step.map_err(|error| error.to_string())?;
+            let jacobian = tangents + aside;
+            let rest = before_backward - forward - jacobian - neighbors;
+            let optimizer = whole - before_backward - backward;
+            let measured = [
+                whole, forward, jacobian, neighbors, rest, backward, optimizer,
+            ];
+            for (part, seconds) in parts.iter_mut().zip(measured) {
+                part.push(seconds.max(0.0));
+            }
+        }
+        let losses = trainer.losses().total(&self.config.weights);
+        let loss = losses.into_data().iter::<f32>().next().unwrap_or(f32::NAN);
+        let [
+            step,
+            forward,
+            jacobian,
+            neighbors,
+            losses,
+            backward,
+            optimizer,
+        ] = parts.map(median);
+        let model = self.config.networks.init::<B>(device, self.config.seed);
+        let work = multiplications(&model, self.config.objective) * points as f64;
+        Ok(Measurement {
+            backend: self.backend,
+            step,
+            forward,
+            jacobian,
+            neighbors,
+            losses,
+            backward,
+            optimizer,
+            points_per_second: points as f64 / step,
+            // A multiplication and an addition; twice as many again in the backward pass.
+            gflops: 3.0 * 2.0 * work / step / 1e9,
+            product_gflops: product::<B::InnerBackend>(device),
+            peak_memory_mib: peak_memory(),
+            loss,
+        })
+    }
+}
+
+/// The seconds that the Jacobians of a step take where they are differentiated backward, which
+/// no hook sees.
+fn double_backward<B: AutodiffBackend>(
+    mode: JacobianMode,
+    config: &TrainingConfig,
+    points: usize,
+    device: &B::Device,
+    evaluation: &dyn Evaluation<B>,
+) -> f64 {
+    let net = config.networks.init::<B>(device, config.seed).wrap;
+    let q = lattice(points)[..points].to_vec();
+    let q = Tensor::<B, 2>::from_data(TensorData::new(q.into_flattened(), [points, 2]), device);
+    let (_, both) = seconds::<B, _>(device, || mode.wrap(&net, q.clone(), evaluation));
+    let (_, alone) = seconds::<B, _>(device, || net.forward(q, evaluation));
+    let branches = match config.objective {
+        Objective::Paper => 2.0,
+        Objective::Reference => 1.0,
+    };
+    branches * (both - alone)
+}
+
+/// Multiplications in the products of one forward pass with forward tangents, for each point.
+fn multiplications<B: Backend>(model: &FlattenAnything<B>, objective: Objective) -> f64 {
+    let of = |mlps: &[&Mlp<B>]| -> f64 {
+        let layers = mlps.iter().flat_map(|mlp| &mlp.layers);
+        layers
+            .map(|layer| layer.weight.shape().num_elements() as f64)
+            .sum()
+    };
+    let deform = of(&[&model.deform.mlp_1, &model.deform.mlp_2]);
+    let wrap = of(&[&model.wrap.mlp_1, &model.wrap.mlp_2]);
+    let cut = of(&[&model.cut.mlp_1, &model.cut.mlp_2]);
+    let unwrap = of(&[&model.unwrap.mlp]);
+    let tangents = match objective {
+        Objective::Paper => 4.0,
+        Objective::Reference => 2.0,
+    };
+    deform + 2.0 * (wrap + cut + unwrap) + tangents * wrap
+}
+
+/// The rate of the best of some matrix products, in GFLOP/s.
+fn product<B: Backend>(device: &B::Device) -> f64 {
+    let matrix = || {
+        let uniform = Distribution::Uniform(-1.0, 1.0);
+        Tensor::<B, 2>::random([PRODUCT, PRODUCT], uniform, device)
+    };
+    let (a, b) = (matrix(), matrix());
+    let best = (0..PRODUCTS)
+        .map(|_| seconds::<B, _>(device, || a.clone().matmul(b.clone())).1)
+        .fold(f64::INFINITY, f64::min);
+    2.0 * (PRODUCT as f64).powi(3) / best / 1e9
+}
+
+/// The most memory that this process had so far, as Linux tells it.
+fn peak_memory() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
+    let kib: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(kib / 1024.0)
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}

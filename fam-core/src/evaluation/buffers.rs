@@ -1,0 +1,36 @@
+use std::sync::Mutex;
+
+/// More would be kept for nothing: a step holds one for each of its nine evaluations.
+const MOST: usize = 16;
+
+/// Buffers to be used again. Those of one step have the sizes of the next, and to have them
+/// cleared by the system each time costs a tenth of a step.
+#[derive(Debug, Default)]
+pub(super) struct Buffers(Mutex<Vec<Vec<f32>>>);
+
+impl Buffers {
+    /// A buffer of a length, of any values.
+    pub(super) fn take(&self, length: usize) -> Vec<f32> {
+        let mut kept = self.kept();
+        match kept.iter().position(|buffer| buffer.len() == length) {
+            Some(index) => kept.swap_remove(index),
+            None => vec![0.0; length],
+        }
+    }
+
+    /// Keeps a buffer, and no more than the latest few.
+    pub(super) fn give_back(&self, buffer: Vec<f32>) {
+        let mut kept = self.kept();
+        kept.push(buffer);
+        if kept.len() > MOST {
+            kept.remove(0);
+        }
+    }
+
+    fn kept(&self) -> std::sync::MutexGuard<'_, Vec<Vec<f32>>> {
+        // A list of buffers is whole after any panic.
+        self.0
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+}

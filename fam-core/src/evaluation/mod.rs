@@ -1,0 +1,51 @@
+//! How the networks are computed in training: a strategy beside the method.
+//!
+//! [`Plain`] is Burn's operations one after the other, on any backend. [`Tiled`] takes a whole
+//! sub-network as one operation whose values stay in the caches of a CPU, for backends that
+//! compute on the host; tests hold it to `Plain`.
+
+mod buffers;
+mod kernel;
+#[cfg(test)]
+mod tests;
+mod tiled;
+
+use burn::tensor::{Tensor, backend::Backend};
+
+use crate::networks::Mlp;
+
+pub use tiled::Tiled;
+
+/// Evaluates the MLPs of a sub-network, differentiably with respect to their weights and all
+/// inputs. The bodies given here are plain Burn operations.
+pub trait Evaluation<B: Backend>: Send + Sync {
+    /// ξ(x): `[N, in] → [N, out]`.
+    fn single(&self, xi: &Mlp<B>, x: Tensor<B, 2>) -> Tensor<B, 2> {
+        xi.forward(x)
+    }
+
+    /// ξ″([x, ξ′(x)]), and its derivative there applied to each of `tangents`: all
+    /// `[N, in] → [N, out]`.
+    fn twofold(
+        &self,
+        xi_1: &Mlp<B>,
+        xi_2: &Mlp<B>,
+        x: Tensor<B, 2>,
+        tangents: Vec<Tensor<B, 2>>,
+    ) -> (Tensor<B, 2>, Vec<Tensor<B, 2>>) {
+        let beside = |x, latent| Tensor::cat(vec![x, latent], 1);
+        let (latent, slopes_1) = xi_1.forward_with_slopes(x.clone());
+        let (y, slopes_2) = xi_2.forward_with_slopes(beside(x, latent));
+        let push = |tangent: Tensor<B, 2>| {
+            let latent = xi_1.push_tangent(tangent.clone(), &slopes_1);
+            xi_2.push_tangent(beside(tangent, latent), &slopes_2)
+        };
+        (y, tangents.into_iter().map(push).collect())
+    }
+}
+
+/// Burn's operations, one for every product, bias and activation.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Plain;
+
+impl<B: Backend> Evaluation<B> for Plain {}

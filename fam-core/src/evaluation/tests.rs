@@ -1,0 +1,136 @@
+//! Tiles against plain operations.
+
+use super::*;
+use crate::networks::{FlattenAnything, FlattenAnythingConfig};
+use burn::tensor::{FloatDType, TensorData};
+use burn_autodiff::Autodiff;
+use burn_ndarray::NdArray;
+use rand::{RngExt, SeedableRng};
+
+type Cpu = Autodiff<NdArray>;
+
+fn values(count: usize, seed: u64) -> Vec<f32> {
+    let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
+    (0..count).map(|_| rng.random_range(-1.0..1.0)).collect()
+}
+
+fn tensor(rows: usize, columns: usize, seed: u64) -> Tensor<Cpu, 2> {
+    let data = TensorData::new(values(rows * columns, seed), [rows, columns]);
+    Tensor::from_data(data, &Default::default())
+}
+
+fn host<const D: usize>(tensor: Tensor<impl Backend, D>) -> Vec<f32> {
+    tensor.into_data().to_vec().unwrap()
+}
+
+fn model() -> FlattenAnything<Cpu> {
+    let config = FlattenAnythingConfig::new().with_width(21).with_latent(5);
+    config.init(&Default::default(), 3)
+}
+
+/// Results at `points` points, and the gradients of a weighted sum of them with respect to
+/// everything that goes in.
+fn evaluate(evaluation: &dyn Evaluation<Cpu>, points: usize, tangents: usize) -> Vec<Vec<f32>> {
+    let model = model();
+    let x = tensor(points, 2, 1).require_grad();
+    let directions: Vec<_> = (0..tangents)
+        .map(|k| tensor(points, 2, 10 + k as u64).require_grad())
+        .collect();
+    let xi = [&model.wrap.mlp_1, &model.wrap.mlp_2];
+    let (y, pushed) = evaluation.twofold(xi[0], xi[1], x.clone(), directions.clone());
+    let p = tensor(points, 3, 2).require_grad();
+    let q = evaluation.single(&model.unwrap.mlp, p.clone());
+    let results: Vec<_> = [y, q].into_iter().chain(pushed).collect();
+    let sum = |(seed, result): (usize, &Tensor<Cpu, 2>)| {
+        let [rows, columns] = result.dims();
+        (result.clone() * tensor(rows, columns, 20 + seed as u64)).sum()
+    };
+    let sums = results.iter().enumerate().map(sum);
+    let gradients = sums.reduce(|a, b| a + b).unwrap().backward();
+    let inputs = [x, p].into_iter().chain(directions);
+    let of_inputs = inputs.map(|x| host(x.grad(&gradients).unwrap()));
+    let layers = xi
+        .into_iter()
+        .chain([&model.unwrap.mlp])
+        .flat_map(|xi| &xi.layers);
+    let of_layers = layers.flat_map(|layer| {
+        let bias = layer.bias.as_ref().unwrap();
+        [
+            host(layer.weight.grad(&gradients).unwrap()),
+            host(bias.grad(&gradients).unwrap()),
+        ]
+    });
+    let gradients: Vec<_> = of_inputs.chain(of_layers).collect();
+    results.into_iter().map(host).chain(gradients).collect()
+}
+
+fn close(a: &[f32], b: &[f32]) -> bool {
+    let size = b.iter().map(|b| b.abs()).fold(1e-3, f32::max);
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-5 * size)
+}
+
+#[test]
+fn tiles_are_the_plain_operations() {
+    let tiled = Tiled::default();
+    // One point, less than a tile, a tile, and tiles that do not divide the points.
+    for (points, tangents) in [
+        (1, 0),
+        (1, 2),
+        (63, 2),
+        (64, 2),
+        (130, 2),
+        (192, 0),
+        (500, 1),
+    ] {
+        let plain = evaluate(&Plain, points, tangents);
+        // Twice: the second time in the first one's buffers.
+        for _ in 0..2 {
+            let found = evaluate(&tiled, points, tangents);
+            for (i, (a, b)) in found.iter().zip(&plain).enumerate() {
+                assert!(
+                    close(a, b),
+                    "{points} points, {tangents} tangents, value {i}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn an_mlp_of_one_layer_is_affine() {
+    let mut xi = model().unwrap.mlp;
+    xi.layers.truncate(1);
+    let x = tensor(300, 3, 4);
+    let plain = host(Plain.single(&xi, x.clone()));
+    assert!(close(&host(Tiled::default().single(&xi, x)), &plain));
+}
+
+#[test]
+fn tiles_give_the_same_bits_on_any_number_of_threads() {
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.unwrap()
+            .install(|| evaluate(&Tiled::default(), 3_000, 2))
+    };
+    assert_eq!(on(1), on(3));
+}
+
+#[test]
+fn other_numbers_than_f32_are_evaluated_as_they_are() {
+    let x = tensor(10, 3, 5).cast(FloatDType::F64);
+    let xi = &model().unwrap.mlp;
+    let double = Mlp {
+        layers: xi.layers.iter().cloned().map(to_double).collect(),
+    };
+    let y = Tiled::default().single(&double, x);
+    assert_eq!(FloatDType::from(y.dtype()), FloatDType::F64);
+}
+
+fn to_double(layer: burn::nn::Linear<Cpu>) -> burn::nn::Linear<Cpu> {
+    burn::nn::Linear {
+        weight: layer.weight.map(|weight| weight.cast(FloatDType::F64)),
+        bias: layer
+            .bias
+            .map(|bias| bias.map(|bias| bias.cast(FloatDType::F64))),
+    }
+}

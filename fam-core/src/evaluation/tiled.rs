@@ -1,0 +1,147 @@
+use std::sync::Arc;
+
+use burn::tensor::backend::Backend;
+use burn::tensor::{DType, Tensor, TensorData, TensorPrimitive};
+use burn_autodiff::Autodiff;
+use burn_autodiff::checkpoint::base::Checkpointer;
+use burn_autodiff::checkpoint::strategy::CheckpointStrategy;
+use burn_autodiff::grads::Gradients;
+use burn_autodiff::ops::{Backward, Ops, OpsKind};
+
+use super::buffers::Buffers;
+use super::kernel::{self, Saved, Sizes};
+use super::{Evaluation, Plain};
+use crate::networks::Mlp;
+
+/// A whole sub-network, tangents and gradients included, as one operation on the host: points go
+/// through all layers in tiles that stay in a core's cache, tiles side by side on all cores.
+///
+/// For backends whose tensors are in the host's memory; on others it is right but copies to and
+/// fro. Numbers other than `f32` are evaluated as by [`Plain`]. Its gradient is not
+/// differentiable again, which training asks of Burn's own operations only
+/// ([`JacobianMode::DoubleBackward`](crate::jacobian::JacobianMode::DoubleBackward)).
+///
+/// Memory of one step is used again by the next; clones share it.
+#[derive(Debug, Clone, Default)]
+pub struct Tiled {
+    buffers: Arc<Buffers>,
+}
+
+type Rows<B, C> = Tensor<Autodiff<B, C>, 2>;
+
+impl<B: Backend, C: CheckpointStrategy> Evaluation<Autodiff<B, C>> for Tiled {
+    fn single(&self, xi: &Mlp<Autodiff<B, C>>, x: Rows<B, C>) -> Rows<B, C> {
+        if x.dtype() != DType::F32 {
+            return Plain.single(xi, x);
+        }
+        self.stacked(&[xi], x, 0)
+    }
+
+    fn twofold(
+        &self,
+        xi_1: &Mlp<Autodiff<B, C>>,
+        xi_2: &Mlp<Autodiff<B, C>>,
+        x: Rows<B, C>,
+        tangents: Vec<Rows<B, C>>,
+    ) -> (Rows<B, C>, Vec<Rows<B, C>>) {
+        if x.dtype() != DType::F32 {
+            return Plain.twofold(xi_1, xi_2, x, tangents);
+        }
+        if tangents.is_empty() {
+            return (self.stacked(&[xi_1, xi_2], x, 0), tangents);
+        }
+        let [n, _] = x.dims();
+        let count = tangents.len();
+        let rows = std::iter::once(x).chain(tangents).collect();
+        let output = self.stacked(&[xi_1, xi_2], Tensor::cat(rows, 0), count);
+        let block = |k: usize| output.clone().narrow(0, k * n, n);
+        (block(0), (1..=count).map(block).collect())
+    }
+}
+
+impl Tiled {
+    /// Evaluates stacked rows: those of the points, then those of each tangent.
+    fn stacked<B: Backend, C: CheckpointStrategy>(
+        &self,
+        mlps: &[&Mlp<Autodiff<B, C>>],
+        rows: Rows<B, C>,
+        tangents: usize,
+    ) -> Rows<B, C> {
+        let [count, _] = rows.dims();
+        let sizes = Sizes {
+            stacks: mlps.iter().map(|mlp| mlp.channels()).collect(),
+            points: count / (1 + tangents),
+            tangents,
+        };
+        let outputs = sizes.outputs();
+        let parameters = mlps.iter().flat_map(|mlp| mlp.parameters()).collect();
+        let parameters = Tensor::cat(parameters, 0).into_primitive().tensor();
+        let rows = rows.into_primitive().tensor();
+        let device = B::float_device(&rows.primitive);
+        let (output, saved) = kernel::forward(
+            sizes,
+            host::<B, 2>(rows.primitive),
+            host::<B, 1>(parameters.primitive),
+            &self.buffers,
+        );
+        let output = from_host::<B, 2>(output, [count, outputs], &device);
+        let prepared = TiledStacks
+            .prepare::<C>([rows.node, parameters.node])
+            .compute_bound()
+            .stateful();
+        let output = match prepared {
+            OpsKind::Tracked(prepared) => prepared.finish(Arc::new(saved), output),
+            OpsKind::UnTracked(prepared) => prepared.finish(output),
+        };
+        Tensor::from_primitive(TensorPrimitive::Float(output))
+    }
+}
+
+/// The backward pass: gradients of the stacked rows and of the parameters.
+#[derive(Debug)]
+struct TiledStacks;
+
+impl<B: Backend> Backward<B, 2> for TiledStacks {
+    type State = Arc<Saved>;
+
+    fn backward(
+        self,
+        ops: Ops<Self::State, 2>,
+        gradients: &mut Gradients,
+        _checkpointer: &mut Checkpointer,
+    ) {
+        let saved = ops.state;
+        let gradient = gradients.consume::<B>(&ops.node);
+        let device = B::float_device(&gradient);
+        let [rows, parameters] = ops.parents;
+        let found = kernel::backward(&saved, &host::<B, 2>(gradient), rows.is_some());
+        if let Some(rows) = rows {
+            let inputs = saved.sizes.inputs();
+            let shape = [found.input.len() / inputs, inputs];
+            let gradient = from_host::<B, 2>(found.input, shape, &device);
+            gradients.register::<B>(rows.id, gradient);
+        }
+        if let Some(parameters) = parameters {
+            let shape = [found.parameters.len()];
+            let gradient = from_host::<B, 1>(found.parameters, shape, &device);
+            gradients.register::<B>(parameters.id, gradient);
+        }
+    }
+}
+
+fn host<B: Backend, const D: usize>(tensor: B::FloatTensorPrimitive) -> Vec<f32> {
+    Tensor::<B, D>::from_primitive(TensorPrimitive::Float(tensor))
+        .into_data()
+        .into_vec()
+        .expect("tensors of f32 only come here")
+}
+
+fn from_host<B: Backend, const D: usize>(
+    values: Vec<f32>,
+    shape: [usize; D],
+    device: &B::Device,
+) -> B::FloatTensorPrimitive {
+    Tensor::<B, D>::from_data(TensorData::new(values, shape), device)
+        .into_primitive()
+        .tensor()
+}
