@@ -17,6 +17,9 @@ const LARGE: usize = 5_000;
 
 /// About how many triangles simpler surfaces have. What is found depends on chance, so the best
 /// of several is taken. The first takes about as long as the others together.
+///
+/// They are searched without the map, the last one once more along its tears: a map that
+/// misleads makes seams no longer then, one that leads well makes them shorter.
 const SIMPLE: [usize; 3] = [3_000, 2_000, 1_500];
 
 /// By how much a smoothed cut may miss the bound, as a share of what that is above the energy of
@@ -93,6 +96,8 @@ fn cheapest<'a>(
     if 2 * least.triangles() > count {
         return None;
     }
+    let creases = patch.without_forbidden(crease_costs(patch));
+    let unguided: Guide = (&creases, &Start::Nothing);
     let mut smaller = Vec::new();
     // Only one is reported, so that the reports are the same on every run.
     let first = rayon::in_place_scope(|scope| {
@@ -101,22 +106,23 @@ fn cheapest<'a>(
             let silent = |_: f64, _: f64| problem.goes_on();
             let restored = others.iter().map(|&size| least.clone().restored(size));
             let simpler = restored.chain([least.clone()]);
-            // If the map misleads, not all are misled.
-            let creases = patch.without_forbidden(crease_costs(patch));
-            let guides: [Guide; 2] = [(&creases, &Start::Nothing), (&problem.cost, start)];
-            for (simple, guide) in simpler.zip(guides).take_while(|_| problem.goes_on()) {
-                smaller.extend(searched(problem, guide, goal, budget, simple, &silent));
+            for simple in simpler.take_while(|_| problem.goes_on()) {
+                smaller.extend(searched(problem, unguided, goal, budget, simple, &silent));
+            }
+            if matches!(start, Start::Map(_)) && problem.goes_on() {
+                let guide = (problem.cost.as_slice(), start);
+                smaller.extend(searched(
+                    problem,
+                    guide,
+                    goal,
+                    budget,
+                    least.clone(),
+                    &silent,
+                ));
             }
         });
         let simple = least.clone().restored(first);
-        searched(
-            problem,
-            (&problem.cost, start),
-            goal,
-            budget,
-            simple,
-            report,
-        )
+        searched(problem, unguided, goal, budget, simple, report)
     });
     // Where it was broken off, the others did not have the same time.
     if !problem.goes_on() && first.is_some() {
