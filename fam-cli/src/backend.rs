@@ -128,7 +128,7 @@ fn ndarray() -> Result<Backend, Failure> {
 #[cfg(feature = "wgpu")]
 fn wgpu() -> Result<Backend, Failure> {
     adapters::best(|_| true).ok_or_else(|| {
-        Failure::input("wgpu finds no graphics adapter; --backend flex runs on the CPU")
+        Failure::input("wgpu finds no graphics adapter; --backend auto runs on the CPU")
     })
 }
 

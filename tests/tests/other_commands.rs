@@ -94,7 +94,7 @@ fn metrics_of_a_known_layout() {
 #[test]
 fn backends_names_the_cpu_and_auto_never_takes_a_software_adapter() {
     let run = succeeds(Path::new("."), &["backends"]);
-    assert!(run.stdout.contains("ndarray"));
+    assert!(run.stdout.contains("flex") && run.stdout.contains("ndarray"));
     let real = run.stdout.lines().any(|line| line.contains("GPU"));
     let auto = run
         .stdout
@@ -143,7 +143,7 @@ fn wgpu_trains_and_agrees_with_ndarray() {
 #[test]
 fn help_names_every_command_and_usage_errors_exit_with_2() {
     let help = succeeds(Path::new("."), &["--help"]).stdout;
-    for command in ["unwrap", "map", "metrics", "evaluate", "backends"] {
+    for command in ["unwrap", "map", "metrics", "evaluate", "bench", "backends"] {
         assert!(help.contains(command));
     }
     assert_eq!(

@@ -66,7 +66,7 @@ fn without_an_input_the_sample_is_flattened_and_every_file_is_written() {
     let metrics = json(&out.join("metrics.json"));
     let summary: Value = serde_json::from_str(&run.stdout).unwrap();
     assert_eq!(summary["mesh"], metrics["mesh"]);
-    assert_eq!(summary["backend"], "ndarray");
+    assert_eq!(summary["backend"], "flex");
     assert!(summary["training_seconds"].is_f64() && summary["finishing_seconds"].is_f64());
     assert!(metrics.get("training_seconds").is_none());
     assert_eq!(metrics["version"], 3);

@@ -9,7 +9,7 @@ use super::names::{BackendName, JacobianName, Preset};
 /// process of its own. Times are medians over the steps. `forward` is the networks at the
 /// points, `Jacobian` its derivatives (with forward tangents: and Wrap-Net itself), `neighbours`
 /// the nearest neighbours that losses need, `losses` these and all else before the backward
-/// pass. GFLOP/s counts the matrix products of a step with forward tangents, `product` is the
+/// pass, `backward` that pass, and `optimizer` the rest of a step. GFLOP/s counts the matrix products of a step with forward tangents, `product` is the
 /// rate of one of 1024 × 1024 matrices. Losses that agree say that a backend computes what the
 /// others do.
 #[derive(Debug, Args)]

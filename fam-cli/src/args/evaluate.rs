@@ -26,7 +26,7 @@ pub struct Evaluate {
     #[arg(long)]
     pub json: bool,
 
-    /// How to train: `fast` takes minutes on a CPU, `paper` is the paper's (hours on a CPU)
+    /// How to train: `fast` takes half a minute on a CPU, `paper` is the paper's (hours on a CPU)
     #[arg(long, value_enum, default_value_t = Preset::Fast)]
     pub preset: Preset,
 

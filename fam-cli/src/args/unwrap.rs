@@ -59,8 +59,8 @@ pub struct Unwrap {
     #[arg(long)]
     pub force: bool,
 
-    /// Where the configuration starts from: `fast` takes minutes on a CPU, `paper` is the
-    /// paper's (hours on a CPU)
+    /// Where the configuration starts from: `fast` takes half a minute on a CPU, `paper` is
+    /// the paper's (hours on a CPU)
     #[arg(long, value_enum, default_value_t = Preset::Fast)]
     pub preset: Preset,
 

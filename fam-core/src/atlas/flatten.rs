@@ -283,7 +283,7 @@ impl<B: AutodiffBackend, F: FnMut(Progress) -> ControlFlow<()>> Job<'_, B, F> {
             points,
             ..self.config.clone()
         };
-        let mut trainer = Trainer::<B>::with(
+        let mut trainer = Trainer::<B>::with_strategies(
             config,
             surface,
             self.device,

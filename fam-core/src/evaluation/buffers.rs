@@ -1,19 +1,24 @@
 use std::sync::Mutex;
 
-/// More would be kept for nothing: a step holds one for each of its nine evaluations.
+/// More would be kept for nothing: a step holds one for each of its seven evaluations.
 const MOST: usize = 16;
 
-/// Buffers to be used again. Those of one step have the sizes of the next, and to have them
-/// cleared by the system each time costs a tenth of a step.
+/// Buffers to be used again: those of one step have the sizes of the next, and the system need
+/// not clear them anew.
 #[derive(Debug, Default)]
 pub(super) struct Buffers(Mutex<Vec<Vec<f32>>>);
 
 impl Buffers {
-    /// A buffer of a length, of any values.
+    /// A buffer of a length, of any values: the smallest one that has room.
     pub(super) fn take(&self, length: usize) -> Vec<f32> {
         let mut kept = self.kept();
-        match kept.iter().position(|buffer| buffer.len() == length) {
-            Some(index) => kept.swap_remove(index),
+        let with_room = (0..kept.len()).filter(|&i| kept[i].capacity() >= length);
+        match with_room.min_by_key(|&i| kept[i].capacity()) {
+            Some(index) => {
+                let mut buffer = kept.swap_remove(index);
+                buffer.resize(length, 0.0);
+                buffer
+            }
             None => vec![0.0; length],
         }
     }

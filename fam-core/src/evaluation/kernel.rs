@@ -6,8 +6,8 @@
 //! tile, all tangents among them. Tiles, and which tile adds to which sum of weight gradients,
 //! depend on the sizes alone, so that the numbers do not depend on the number of threads.
 //!
-//! Loops over all values go through `pulp`, which compiles them for the widest registers that the
-//! processor turns out to have.
+//! Loops over the hidden values go through `pulp`, which compiles them for the wider registers
+//! that most processors turn out to have.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -24,7 +24,8 @@ use crate::networks::NEGATIVE_SLOPE;
 /// layers of them (96 KiB) stay in a core's second-level cache.
 const TILE_ROWS: usize = 192;
 
-/// Sums of weight gradients that are kept apart, and so the most threads of a backward pass.
+/// Sums of weight gradients that are kept apart, at most, and so the most threads of a backward
+/// pass.
 const SUMS: usize = 16;
 
 /// What is evaluated, and at how many points.
@@ -143,7 +144,7 @@ pub(super) fn forward(
     sizes: Sizes,
     input: Vec<f32>,
     parameters: Vec<f32>,
-    buffers: &Arc<Buffers>,
+    buffers: Arc<Buffers>,
 ) -> (Vec<f32>, Saved) {
     let tiles = sizes.tiles();
     let row = sizes.copies() * sizes.between();
@@ -170,7 +171,7 @@ pub(super) fn forward(
         input,
         parameters,
         between,
-        buffers: buffers.clone(),
+        buffers,
     };
     (output, saved)
 }

@@ -1,11 +1,14 @@
 //! Tiles against plain operations.
 
+use super::kernel::Sizes;
 use super::*;
 use crate::networks::{FlattenAnything, FlattenAnythingConfig};
+use burn::module::Module;
 use burn::tensor::{FloatDType, TensorData};
 use burn_autodiff::Autodiff;
 use burn_ndarray::NdArray;
 use rand::{RngExt, SeedableRng};
+use rayon::prelude::*;
 
 type Cpu = Autodiff<NdArray>;
 
@@ -64,16 +67,23 @@ fn evaluate(evaluation: &dyn Evaluation<Cpu>, points: usize, tangents: usize) ->
     results.into_iter().map(host).chain(gradients).collect()
 }
 
-fn close(a: &[f32], b: &[f32]) -> bool {
-    let size = b.iter().map(|b| b.abs()).fold(1e-3, f32::max);
-    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-5 * size)
+/// Whether the difference is small beside what is expected, in the Euclidean norm.
+fn close(found: &[f32], expected: &[f32]) -> bool {
+    let norm = |values: &mut dyn Iterator<Item = f32>| -> f64 {
+        values
+            .map(|v| f64::from(v) * f64::from(v))
+            .sum::<f64>()
+            .sqrt()
+    };
+    let difference = norm(&mut found.iter().zip(expected).map(|(a, b)| a - b));
+    found.len() == expected.len() && difference < 1e-5 * norm(&mut expected.iter().copied())
 }
 
 #[test]
 fn tiles_are_the_plain_operations() {
     let tiled = Tiled::default();
-    // One point, less than a tile, a tile, and tiles that do not divide the points.
-    for (points, tangents) in [
+    let sizes = [
+        // One point, less than a tile, a tile, and tiles that do not divide the points.
         (1, 0),
         (1, 2),
         (63, 2),
@@ -81,38 +91,87 @@ fn tiles_are_the_plain_operations() {
         (130, 2),
         (192, 0),
         (500, 1),
-    ] {
+        // Several tiles for each sum of weight gradients.
+        (3_000, 2),
+        (4_000, 0),
+    ];
+    for (points, tangents) in sizes {
         let plain = evaluate(&Plain, points, tangents);
         // Twice: the second time in the first one's buffers.
         for _ in 0..2 {
             let found = evaluate(&tiled, points, tangents);
             for (i, (a, b)) in found.iter().zip(&plain).enumerate() {
-                assert!(
-                    close(a, b),
-                    "{points} points, {tangents} tangents, value {i}"
-                );
+                assert!(close(a, b), "{points} points, {tangents} tangents: {i}");
             }
         }
     }
 }
 
 #[test]
-fn an_mlp_of_one_layer_is_affine() {
+fn an_mlp_of_one_layer_without_bias_is_linear() {
     let mut xi = model().unwrap.mlp;
     xi.layers.truncate(1);
+    xi.layers[0].bias = None;
     let x = tensor(300, 3, 4);
     let plain = host(Plain.single(&xi, x.clone()));
     assert!(close(&host(Tiled::default().single(&xi, x)), &plain));
 }
 
+/// Inputs or weights that are constants have no gradient, and the others that of before.
+#[test]
+fn constants_have_no_gradient() {
+    let tiled = Tiled::default();
+    let xi = model().unwrap.mlp;
+    let of = |xi: &Mlp<Cpu>, x: Tensor<Cpu, 2>| {
+        let gradients = tiled.single(xi, x.clone()).sum().backward();
+        let weight = xi.layers[0].weight.grad(&gradients).map(host);
+        (x.grad(&gradients).map(host), weight)
+    };
+    let (of_x, of_weight) = of(&xi, tensor(100, 3, 6).require_grad());
+    assert!(of_x.is_some() && of_weight.is_some());
+    assert_eq!(of(&xi, tensor(100, 3, 6)), (None, of_weight));
+    let constant = xi.no_grad();
+    let x = tensor(100, 3, 6).require_grad();
+    assert_eq!(of(&constant, x), (of_x, None));
+}
+
 #[test]
 fn tiles_give_the_same_bits_on_any_number_of_threads() {
+    let sizes = Sizes {
+        stacks: vec![vec![2, 21, 5], vec![7, 21, 6]],
+        points: 3_000,
+        tangents: 2,
+    };
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.unwrap()
-            .install(|| evaluate(&Tiled::default(), 3_000, 2))
+        pool.unwrap().install(|| {
+            let parameters = values(3 * 21 + 22 * 5 + 8 * 21 + 22 * 6, 7);
+            let input = values(9_000 * 2, 8);
+            let buffers = Default::default();
+            let (output, saved) = kernel::forward(sizes.clone(), input, parameters, buffers);
+            let gradients = kernel::backward(&saved, &values(9_000 * 6, 9), true);
+            [output, gradients.input, gradients.parameters]
+        })
     };
     assert_eq!(on(1), on(3));
+}
+
+/// A thread that waits for tiles must not take up another training, which would wait for a lock
+/// that this thread holds.
+#[test]
+fn trainings_on_threads_of_a_pool_do_not_wait_for_each_other() {
+    let tiled = Tiled::default();
+    let results: Vec<_> = (0..32)
+        .into_par_iter()
+        .map(|_| evaluate(&tiled, 400, 2))
+        .collect();
+    assert!(results.iter().all(|result| *result == results[0]));
+}
+
+#[test]
+#[should_panic(expected = "inputs of an MLP")]
+fn inputs_of_another_width_are_refused() {
+    Tiled::default().single(&model().unwrap.mlp, tensor(10, 2, 1));
 }
 
 #[test]

@@ -1,4 +1,5 @@
-use std::sync::Arc;
+use std::sync::mpsc::sync_channel;
+use std::sync::{Arc, LazyLock};
 
 use burn::tensor::backend::Backend;
 use burn::tensor::{DType, Tensor, TensorData, TensorPrimitive};
@@ -7,6 +8,7 @@ use burn_autodiff::checkpoint::base::Checkpointer;
 use burn_autodiff::checkpoint::strategy::CheckpointStrategy;
 use burn_autodiff::grads::Gradients;
 use burn_autodiff::ops::{Backward, Ops, OpsKind};
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::buffers::Buffers;
 use super::kernel::{self, Saved, Sizes};
@@ -14,14 +16,18 @@ use super::{Evaluation, Plain};
 use crate::networks::Mlp;
 
 /// A whole sub-network, tangents and gradients included, as one operation on the host: points go
-/// through all layers in tiles that stay in a core's cache, tiles side by side on all cores.
+/// through all layers in tiles that stay in a core's cache, and tiles side by side on the cores.
 ///
 /// For backends whose tensors are in the host's memory; on others it is right but copies to and
 /// fro. Numbers other than `f32` are evaluated as by [`Plain`]. Its gradient is not
 /// differentiable again, which training asks of Burn's own operations only
 /// ([`JacobianMode::DoubleBackward`](crate::jacobian::JacobianMode::DoubleBackward)).
 ///
-/// Memory of one step is used again by the next; clones share it.
+/// Memory of one step is used again by the next; clones share it. Trainings may run side by side,
+/// on threads of `rayon` too: the tiles have threads of their own.
+///
+/// # Panics
+/// If the numbers of rows and columns do not fit, as Burn's operations do.
 #[derive(Debug, Clone, Default)]
 pub struct Tiled {
     buffers: Arc<Buffers>,
@@ -31,7 +37,7 @@ type Rows<B, C> = Tensor<Autodiff<B, C>, 2>;
 
 impl<B: Backend, C: CheckpointStrategy> Evaluation<Autodiff<B, C>> for Tiled {
     fn single(&self, xi: &Mlp<Autodiff<B, C>>, x: Rows<B, C>) -> Rows<B, C> {
-        if x.dtype() != DType::F32 {
+        if !is_f32(&[xi], &x) {
             return Plain.single(xi, x);
         }
         self.stacked(&[xi], x, 0)
@@ -44,13 +50,18 @@ impl<B: Backend, C: CheckpointStrategy> Evaluation<Autodiff<B, C>> for Tiled {
         x: Rows<B, C>,
         tangents: Vec<Rows<B, C>>,
     ) -> (Rows<B, C>, Vec<Rows<B, C>>) {
-        if x.dtype() != DType::F32 {
+        if !is_f32(&[xi_1, xi_2], &x) {
             return Plain.twofold(xi_1, xi_2, x, tangents);
         }
+        let shape = x.dims();
+        assert!(
+            tangents.iter().all(|tangent| tangent.dims() == shape),
+            "every tangent has the shape of x, {shape:?}"
+        );
         if tangents.is_empty() {
             return (self.stacked(&[xi_1, xi_2], x, 0), tangents);
         }
-        let [n, _] = x.dims();
+        let [n, _] = shape;
         let count = tangents.len();
         let rows = std::iter::once(x).chain(tangents).collect();
         let output = self.stacked(&[xi_1, xi_2], Tensor::cat(rows, 0), count);
@@ -67,9 +78,16 @@ impl Tiled {
         rows: Rows<B, C>,
         tangents: usize,
     ) -> Rows<B, C> {
-        let [count, _] = rows.dims();
+        let [count, columns] = rows.dims();
+        let stacks: Vec<Vec<usize>> = mlps.iter().map(|mlp| mlp.channels()).collect();
+        let mut expected = 0;
+        for stack in &stacks {
+            expected += columns;
+            assert_eq!(stack[0], expected, "inputs of an MLP");
+            expected = stack[stack.len() - 1];
+        }
         let sizes = Sizes {
-            stacks: mlps.iter().map(|mlp| mlp.channels()).collect(),
+            stacks,
             points: count / (1 + tangents),
             tangents,
         };
@@ -78,12 +96,11 @@ impl Tiled {
         let parameters = Tensor::cat(parameters, 0).into_primitive().tensor();
         let rows = rows.into_primitive().tensor();
         let device = B::float_device(&rows.primitive);
-        let (output, saved) = kernel::forward(
-            sizes,
-            host::<B, 2>(rows.primitive),
-            host::<B, 1>(parameters.primitive),
-            &self.buffers,
-        );
+        let input = host::<B, 2>(rows.primitive);
+        let weights = host::<B, 1>(parameters.primitive);
+        let buffers = self.buffers.clone();
+        let (output, saved) =
+            on_own_threads(move || kernel::forward(sizes, input, weights, buffers));
         let output = from_host::<B, 2>(output, [count, outputs], &device);
         let prepared = TiledStacks
             .prepare::<C>([rows.node, parameters.node])
@@ -114,9 +131,11 @@ impl<B: Backend> Backward<B, 2> for TiledStacks {
         let gradient = gradients.consume::<B>(&ops.node);
         let device = B::float_device(&gradient);
         let [rows, parameters] = ops.parents;
-        let found = kernel::backward(&saved, &host::<B, 2>(gradient), rows.is_some());
+        let gradient = host::<B, 2>(gradient);
+        let of_rows = rows.is_some();
+        let inputs = saved.sizes.inputs();
+        let found = on_own_threads(move || kernel::backward(&saved, &gradient, of_rows));
         if let Some(rows) = rows {
-            let inputs = saved.sizes.inputs();
             let shape = [found.input.len() / inputs, inputs];
             let gradient = from_host::<B, 2>(found.input, shape, &device);
             gradients.register::<B>(rows.id, gradient);
@@ -127,6 +146,30 @@ impl<B: Backend> Backward<B, 2> for TiledStacks {
             gradients.register::<B>(parameters.id, gradient);
         }
     }
+}
+
+/// Whether all numbers that take part are of 32 bits.
+fn is_f32<B: Backend>(mlps: &[&Mlp<B>], x: &Tensor<B, 2>) -> bool {
+    let mut layers = mlps.iter().flat_map(|mlp| &mlp.layers);
+    x.dtype() == DType::F32 && layers.all(|layer| layer.weight.dtype() == DType::F32)
+}
+
+/// Runs something on threads that do nothing but tiles, and waits for it.
+///
+/// A backward pass holds the lock of its graph. On a shared pool, a thread that waits for its
+/// tiles would take up other work, another training perhaps, which wants that lock as well.
+fn on_own_threads<R: Send + 'static>(work: impl FnOnce() -> R + Send + 'static) -> R {
+    static THREADS: LazyLock<ThreadPool> = LazyLock::new(|| {
+        let name = |i| format!("tiles {i}");
+        let threads = ThreadPoolBuilder::new().thread_name(name).build();
+        threads.expect("the system gives threads")
+    });
+    let (send, receive) = sync_channel(1);
+    THREADS.spawn(move || {
+        // The receiver is there: it waits below.
+        let _ = send.send(work());
+    });
+    receive.recv().expect("the work sends its result")
 }
 
 fn host<B: Backend, const D: usize>(tensor: B::FloatTensorPrimitive) -> Vec<f32> {

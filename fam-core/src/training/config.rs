@@ -84,7 +84,7 @@ impl TrainingConfig {
         }
     }
 
-    /// A small model and a short schedule: about two minutes on a CPU of two cores.
+    /// A small model and a short schedule: half a minute on a CPU of two cores.
     ///
     /// So few steps want larger ones: with the paper's learning rate, the same schedule ends at
     /// a third more conformality error (docs/performance.md).

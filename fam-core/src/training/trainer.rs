@@ -56,7 +56,7 @@ pub enum TrainingError {
 /// Trains the model on a surface, step by step.
 ///
 /// [`Trainer::new`] takes the k-d tree on the host for nearest neighbours and plain operations
-/// for the networks, [`Trainer::with`] others.
+/// for the networks, [`Trainer::with_strategies`] others.
 #[derive(Clone)]
 pub struct Trainer<B: AutodiffBackend> {
     config: TrainingConfig,
@@ -92,14 +92,14 @@ impl<B: AutodiffBackend> Trainer<B> {
         surface: &Surface,
         device: &B::Device,
     ) -> Result<Self, TrainingError> {
-        Self::with(config, surface, device, Arc::new(KdTree), Arc::new(Plain))
+        Self::with_strategies(config, surface, device, Arc::new(KdTree), Arc::new(Plain))
     }
 
     /// A trainer with fresh weights, a neighbour search and an evaluation of the caller's.
     ///
     /// # Errors
     /// A configuration or a surface that cannot be trained on.
-    pub fn with(
+    pub fn with_strategies(
         config: TrainingConfig,
         surface: &Surface,
         device: &B::Device,
@@ -321,7 +321,7 @@ pub fn train<B: AutodiffBackend>(
     mut observe: impl FnMut(&Step) -> ControlFlow<()>,
 ) -> Result<TrainedMap<B::InnerBackend>, TrainingError> {
     let iterations = config.iterations;
-    let mut trainer = Trainer::<B>::with(
+    let mut trainer = Trainer::<B>::with_strategies(
         config,
         surface,
         device,

@@ -362,7 +362,7 @@ fn another_search_and_evaluation_can_take_the_place_of_the_default() {
     };
     let device = Default::default();
     let mut tree = Trainer::<Cpu>::new(config.clone(), &surface, &device).unwrap();
-    let mut brute = Trainer::<Cpu>::with(
+    let mut brute = Trainer::<Cpu>::with_strategies(
         config,
         &surface,
         &device,

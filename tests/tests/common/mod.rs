@@ -73,14 +73,7 @@ pub fn refuses(folder: &Path, arguments: &[&str], words: &[&str]) {
 }
 
 /// Options of a training that takes a moment, on the CPU.
-pub const BRIEF: [&str; 6] = [
-    "--backend",
-    "ndarray",
-    "--iterations",
-    "3",
-    "--points",
-    "150",
-];
+pub const BRIEF: [&str; 6] = ["--backend", "flex", "--iterations", "3", "--points", "150"];
 
 /// `fam unwrap` with [`BRIEF`] and more.
 pub fn brief<'a>(arguments: &[&'a str]) -> Vec<&'a str> {

@@ -20,6 +20,9 @@ const PRODUCT: usize = 1024;
 /// How often; the best counts.
 const PRODUCTS: usize = 8;
 
+/// How often Jacobians are measured aside; the median counts.
+const ASIDE: usize = 3;
+
 /// How one backend trained.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Measurement {
@@ -70,7 +73,7 @@ impl Job for Measure<'_> {
         });
         let torus = Surface::Mesh(shapes::torus(1.0, 0.4, 96, 48));
         let config = self.config.clone();
-        let mut trainer = Trainer::<B>::with(config, &torus, device, search, timed)
+        let mut trainer = Trainer::<B>::with_strategies(config, &torus, device, search, timed)
             .map_err(|error| error.to_string())?;
         let points = trainer.points();
         // The first step allocates, and on a graphics adapter compiles.
@@ -144,13 +147,17 @@ fn double_backward<B: AutodiffBackend>(
     let net = config.networks.init::<B>(device, config.seed).wrap;
     let q = lattice(points)[..points].to_vec();
     let q = Tensor::<B, 2>::from_data(TensorData::new(q.into_flattened(), [points, 2]), device);
-    let (_, both) = seconds::<B, _>(device, || mode.wrap(&net, q.clone(), evaluation));
-    let (_, alone) = seconds::<B, _>(device, || net.forward(q, evaluation));
+    let difference = || {
+        let (_, both) = seconds::<B, _>(device, || mode.wrap(&net, q.clone(), evaluation));
+        let (_, alone) = seconds::<B, _>(device, || net.forward(q.clone(), evaluation));
+        both - alone
+    };
+    let jacobian = median((0..ASIDE).map(|_| difference()).collect());
     let branches = match config.objective {
         Objective::Paper => 2.0,
         Objective::Reference => 1.0,
     };
-    branches * (both - alone)
+    branches * jacobian
 }
 
 /// Multiplications in the products of one forward pass with forward tangents, for each point.

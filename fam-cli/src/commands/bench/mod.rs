@@ -6,7 +6,7 @@ mod timed;
 use std::process::{Command, ExitCode, Stdio};
 
 use clap::ValueEnum;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::args::{self, BackendName};
 use crate::backend::Backend;
@@ -17,8 +17,8 @@ use measure::{Measure, Measurement};
 
 /// Measures training steps on every backend that was asked for.
 pub fn bench(arguments: &args::Bench) -> Result<ExitCode, Failure> {
-    let measurements = match arguments.backends.as_slice() {
-        [one] => vec![here(arguments, *one)?],
+    let (measurements, failed) = match arguments.backends.as_slice() {
+        [one] => (vec![here(arguments, *one)?], None),
         [] => apart(arguments, &available())?,
         several => apart(arguments, several)?,
     };
@@ -29,7 +29,10 @@ pub fn bench(arguments: &args::Bench) -> Result<ExitCode, Failure> {
     } else {
         print(&measurements);
     }
-    Ok(ExitCode::SUCCESS)
+    match failed {
+        Some(failure) => Err(failure),
+        None => Ok(ExitCode::SUCCESS),
+    }
 }
 
 fn available() -> Vec<BackendName> {
@@ -54,10 +57,14 @@ fn here(arguments: &args::Bench, name: BackendName) -> Result<Measurement, Failu
     backend.run(measure).map_err(Failure::work)
 }
 
-/// Each in a process of its own.
-fn apart(arguments: &args::Bench, backends: &[BackendName]) -> Result<Vec<Measurement>, Failure> {
+/// Each in a process of its own; if one fails, that failure comes beside what the others did.
+fn apart(
+    arguments: &args::Bench,
+    backends: &[BackendName],
+) -> Result<(Vec<Measurement>, Option<Failure>), Failure> {
     let program = std::env::current_exe().map_err(Failure::work)?;
-    let measure = |name: &BackendName| {
+    let (mut measurements, mut failed) = (Vec::new(), None);
+    for name in backends {
         let name = name_of(*name);
         let mut command = Command::new(&program);
         command
@@ -69,14 +76,15 @@ fn apart(arguments: &args::Bench, backends: &[BackendName]) -> Result<Vec<Measur
             command.args(["--jacobian", &name_of(jacobian)]);
         }
         let output = command.output().map_err(Failure::work)?;
-        if !output.status.success() {
-            return Err(Failure::work(format!("the backend {name} failed")));
+        if output.status.success() {
+            let mut all: Value = serde_json::from_slice(&output.stdout).map_err(Failure::work)?;
+            let one = serde_json::from_value(all["backends"][0].take());
+            measurements.push(one.map_err(Failure::work)?);
+        } else {
+            failed = Some(Failure::work(format!("the backend {name} failed")));
         }
-        let mut all: serde_json::Value =
-            serde_json::from_slice(&output.stdout).map_err(Failure::work)?;
-        serde_json::from_value(all["backends"][0].take()).map_err(Failure::work)
-    };
-    backends.iter().map(measure).collect()
+    }
+    Ok((measurements, failed))
 }
 
 /// How the command line calls a value.

@@ -16,10 +16,10 @@ use super::{Goal, LAST, Report, START, Start, completed};
 const LARGE: usize = 5_000;
 
 /// About how many triangles simpler surfaces have. What is found depends on chance, so the best
-/// of several is taken. The first takes about as long as the others together.
+/// of several is taken. The first takes about as long as the next two together.
 ///
 /// They are searched without the map, the last one once more along its tears: a map that
-/// misleads makes seams no longer then, one that leads well makes them shorter.
+/// misleads makes no seam longer then, and one that leads well can make it shorter.
 const SIMPLE: [usize; 3] = [3_000, 2_000, 1_500];
 
 /// By how much a smoothed cut may miss the bound, as a share of what that is above the energy of
