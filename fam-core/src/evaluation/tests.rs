@@ -8,7 +8,6 @@ use burn::tensor::{FloatDType, TensorData};
 use burn_autodiff::Autodiff;
 use burn_ndarray::NdArray;
 use rand::{RngExt, SeedableRng};
-use rayon::prelude::*;
 
 type Cpu = Autodiff<NdArray>;
 
@@ -154,18 +153,6 @@ fn tiles_give_the_same_bits_on_any_number_of_threads() {
         })
     };
     assert_eq!(on(1), on(3));
-}
-
-/// A thread that waits for tiles must not take up another training, which would wait for a lock
-/// that this thread holds.
-#[test]
-fn trainings_on_threads_of_a_pool_do_not_wait_for_each_other() {
-    let tiled = Tiled::default();
-    let results: Vec<_> = (0..32)
-        .into_par_iter()
-        .map(|_| evaluate(&tiled, 400, 2))
-        .collect();
-    assert!(results.iter().all(|result| *result == results[0]));
 }
 
 #[test]

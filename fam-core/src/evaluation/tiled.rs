@@ -1,5 +1,4 @@
-use std::sync::mpsc::sync_channel;
-use std::sync::{Arc, LazyLock};
+use std::sync::Arc;
 
 use burn::tensor::backend::Backend;
 use burn::tensor::{DType, Tensor, TensorData, TensorPrimitive};
@@ -8,7 +7,6 @@ use burn_autodiff::checkpoint::base::Checkpointer;
 use burn_autodiff::checkpoint::strategy::CheckpointStrategy;
 use burn_autodiff::grads::Gradients;
 use burn_autodiff::ops::{Backward, Ops, OpsKind};
-use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::buffers::Buffers;
 use super::kernel::{self, Saved, Sizes};
@@ -23,8 +21,11 @@ use crate::networks::Mlp;
 /// differentiable again, which training asks of Burn's own operations only
 /// ([`JacobianMode::DoubleBackward`](crate::jacobian::JacobianMode::DoubleBackward)).
 ///
-/// Memory of one step is used again by the next; clones share it. Trainings may run side by side,
-/// on threads of `rayon` too: the tiles have threads of their own.
+/// Memory of one step is used again by the next; clones share it.
+///
+/// Like Burn's own backends on the CPU it waits for `rayon`'s threads while a backward pass holds
+/// the lock of its graph: trainings side by side are to run on threads of their own, not on
+/// `rayon`'s, which would take up one training while they wait for another.
 ///
 /// # Panics
 /// If the numbers of rows and columns do not fit, as Burn's operations do.
@@ -99,8 +100,7 @@ impl Tiled {
         let input = host::<B, 2>(rows.primitive);
         let weights = host::<B, 1>(parameters.primitive);
         let buffers = self.buffers.clone();
-        let (output, saved) =
-            on_own_threads(move || kernel::forward(sizes, input, weights, buffers));
+        let (output, saved) = kernel::forward(sizes, input, weights, buffers);
         let output = from_host::<B, 2>(output, [count, outputs], &device);
         let prepared = TiledStacks
             .prepare::<C>([rows.node, parameters.node])
@@ -131,10 +131,8 @@ impl<B: Backend> Backward<B, 2> for TiledStacks {
         let gradient = gradients.consume::<B>(&ops.node);
         let device = B::float_device(&gradient);
         let [rows, parameters] = ops.parents;
-        let gradient = host::<B, 2>(gradient);
-        let of_rows = rows.is_some();
         let inputs = saved.sizes.inputs();
-        let found = on_own_threads(move || kernel::backward(&saved, &gradient, of_rows));
+        let found = kernel::backward(&saved, &host::<B, 2>(gradient), rows.is_some());
         if let Some(rows) = rows {
             let shape = [found.input.len() / inputs, inputs];
             let gradient = from_host::<B, 2>(found.input, shape, &device);
@@ -152,24 +150,6 @@ impl<B: Backend> Backward<B, 2> for TiledStacks {
 fn is_f32<B: Backend>(mlps: &[&Mlp<B>], x: &Tensor<B, 2>) -> bool {
     let mut layers = mlps.iter().flat_map(|mlp| &mlp.layers);
     x.dtype() == DType::F32 && layers.all(|layer| layer.weight.dtype() == DType::F32)
-}
-
-/// Runs something on threads that do nothing but tiles, and waits for it.
-///
-/// A backward pass holds the lock of its graph. On a shared pool, a thread that waits for its
-/// tiles would take up other work, another training perhaps, which wants that lock as well.
-fn on_own_threads<R: Send + 'static>(work: impl FnOnce() -> R + Send + 'static) -> R {
-    static THREADS: LazyLock<ThreadPool> = LazyLock::new(|| {
-        let name = |i| format!("tiles {i}");
-        let threads = ThreadPoolBuilder::new().thread_name(name).build();
-        threads.expect("the system gives threads")
-    });
-    let (send, receive) = sync_channel(1);
-    THREADS.spawn(move || {
-        // The receiver is there: it waits below.
-        let _ = send.send(work());
-    });
-    receive.recv().expect("the work sends its result")
 }
 
 fn host<B: Backend, const D: usize>(tensor: B::FloatTensorPrimitive) -> Vec<f32> {
