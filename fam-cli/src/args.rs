@@ -11,7 +11,7 @@ use clap::{Args, Parser, Subcommand};
 
 pub use bench::Bench;
 pub use evaluate::Evaluate;
-pub use names::{BackendName, Preset};
+pub use names::{BackendName, Preset, name_of};
 pub use unwrap::Unwrap;
 
 /// UVs for any mesh or point cloud, by training the Flatten Anything Model on it.

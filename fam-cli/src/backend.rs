@@ -7,6 +7,8 @@ use burn_autodiff::Autodiff;
 use fam_core::evaluation::{Evaluation, Plain, Tiled};
 
 use crate::args::BackendName;
+#[cfg(not(all(feature = "flex", feature = "ndarray", feature = "wgpu")))]
+use crate::args::name_of;
 use crate::failure::Failure;
 
 #[cfg(not(any(feature = "flex", feature = "ndarray", feature = "wgpu")))]
@@ -46,9 +48,19 @@ impl Backend {
     pub fn choose(name: BackendName) -> Result<Self, Failure> {
         match name {
             BackendName::Auto => auto(),
-            BackendName::Flex => flex(),
-            BackendName::Ndarray => ndarray(),
-            BackendName::Wgpu => wgpu(),
+            #[cfg(feature = "flex")]
+            BackendName::Flex => Ok(Self::Flex),
+            #[cfg(feature = "ndarray")]
+            BackendName::Ndarray => Ok(Self::Ndarray),
+            #[cfg(feature = "wgpu")]
+            BackendName::Wgpu => adapters::best(|_| true).ok_or_else(|| {
+                Failure::input("wgpu finds no graphics adapter; --backend auto runs on the CPU")
+            }),
+            #[cfg(not(all(feature = "flex", feature = "ndarray", feature = "wgpu")))]
+            missing => Err(Failure::input(format!(
+                "the backend {} is not compiled in",
+                name_of(missing)
+            ))),
         }
     }
 
@@ -102,39 +114,8 @@ fn auto() -> Result<Backend, Failure> {
     if let Some(backend) = adapters::best(adapters::Kind::is_gpu) {
         return Ok(backend);
     }
-    flex().or_else(|_| ndarray())
-}
-
-#[cfg(feature = "flex")]
-fn flex() -> Result<Backend, Failure> {
-    Ok(Backend::Flex)
-}
-
-#[cfg(not(feature = "flex"))]
-fn flex() -> Result<Backend, Failure> {
-    Err(Failure::input("the backend flex is not compiled in"))
-}
-
-#[cfg(feature = "ndarray")]
-fn ndarray() -> Result<Backend, Failure> {
-    Ok(Backend::Ndarray)
-}
-
-#[cfg(not(feature = "ndarray"))]
-fn ndarray() -> Result<Backend, Failure> {
-    Err(Failure::input("the backend ndarray is not compiled in"))
-}
-
-#[cfg(feature = "wgpu")]
-fn wgpu() -> Result<Backend, Failure> {
-    adapters::best(|_| true).ok_or_else(|| {
-        Failure::input("wgpu finds no graphics adapter; --backend auto runs on the CPU")
-    })
-}
-
-#[cfg(not(feature = "wgpu"))]
-fn wgpu() -> Result<Backend, Failure> {
-    Err(Failure::input("the backend wgpu is not compiled in"))
+    let flex = Backend::choose(BackendName::Flex);
+    flex.or_else(|_| Backend::choose(BackendName::Ndarray))
 }
 
 /// The graphics adapters that wgpu finds.

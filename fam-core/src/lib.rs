@@ -31,7 +31,8 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let surface = Surface::Mesh(shapes::torus(1.0, 0.4, 80, 40));
 //! let config = TrainingConfig::fast();
-//! let map = train::<Autodiff<NdArray>>(config, &surface, &Default::default(), Tiled::default(), |step| {
+//! let device = Default::default();
+//! let map = train::<Autodiff<NdArray>>(config, &surface, &device, Tiled::default(), |step| {
 //!     println!("{}: {}", step.iteration, step.total);
 //!     ControlFlow::Continue(())
 //! })?;

@@ -22,6 +22,12 @@ pub enum BackendName {
     Wgpu,
 }
 
+/// How the command line calls a value.
+pub fn name_of(value: impl ValueEnum) -> String {
+    let value = value.to_possible_value();
+    value.map_or(String::new(), |value| value.get_name().to_string())
+}
+
 /// Command-line names for a type of the library.
 macro_rules! names {
     ($name:ident for $of:ident { $($variant:ident),+ }) => {

@@ -76,7 +76,8 @@ pub struct Flattened<B: Backend> {
 /// Flattens a surface: every component on its own, all in the unit square (one for each of
 /// `division.squares`) at one texel density, their bounding boxes apart.
 ///
-/// Components share the configured number of points by their area. `observe` is called after
+/// Components share the configured number of points by their area. `evaluation` computes the
+/// networks, one component after the other. `observe` is called after
 /// every step; after it breaks off, the components that are left get a single step each.
 ///
 /// # Errors

@@ -308,7 +308,7 @@ impl<B: AutodiffBackend> Batch<B> {
 }
 
 /// Trains on a surface until the iterations are done or `observe` breaks off; it is called after
-/// every step. Returns the map as far as it was trained.
+/// every step. `evaluation` computes the networks. Returns the map as far as it was trained.
 ///
 /// # Errors
 /// See [`TrainingError`]. To get at the last good weights after a loss that was not finite,

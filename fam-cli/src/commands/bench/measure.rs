@@ -28,14 +28,8 @@ const ASIDE: usize = 3;
 pub struct Measurement {
     /// What computed.
     pub backend: String,
-    /// Seconds of a step and of its parts.
-    pub step: f64,
-    pub forward: f64,
-    pub jacobian: f64,
-    pub neighbors: f64,
-    pub losses: f64,
-    pub backward: f64,
-    pub optimizer: f64,
+    #[serde(flatten)]
+    pub seconds: Seconds,
     /// Points (and as many lattice points) a second.
     pub points_per_second: f64,
     /// The products of a step with forward tangents, per second.
@@ -46,6 +40,18 @@ pub struct Measurement {
     pub peak_memory_mib: Option<f64>,
     /// The total loss after the steps.
     pub loss: f32,
+}
+
+/// The seconds of a step and of its parts.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Seconds {
+    pub step: f64,
+    pub forward: f64,
+    pub jacobian: f64,
+    pub neighbors: f64,
+    pub losses: f64,
+    pub backward: f64,
+    pub optimizer: f64,
 }
 
 /// Takes some steps and measures them.
@@ -82,7 +88,7 @@ impl Job for Measure<'_> {
             JacobianMode::ForwardTangent => 0.0,
             mode => double_backward::<B>(mode, self.config, points, device, &*evaluation),
         };
-        let mut parts: [Vec<f64>; 7] = Default::default();
+        let mut steps = Vec::with_capacity(self.steps);
         for _ in 0..self.steps {
             let hooks = [&clocks.forward, &clocks.tangents, &clocks.neighbors];
             // What the step before left on them.
@@ -94,43 +100,42 @@ impl Job for Measure<'_> {
             let (step, whole) = seconds::<B, _>(device, || trainer.step());
             step.map_err(|error| error.to_string())?;
             let jacobian = tangents + aside;
-            let rest = before_backward - forward - jacobian - neighbors;
+            // Differences of times of different runs, which may be below zero.
+            let losses = before_backward - forward - jacobian - neighbors;
             let optimizer = whole - before_backward - backward;
-            let measured = [
-                whole, forward, jacobian, neighbors, rest, backward, optimizer,
-            ];
-            for (part, seconds) in parts.iter_mut().zip(measured) {
-                part.push(seconds.max(0.0));
-            }
+            steps.push(Seconds {
+                step: whole,
+                forward,
+                jacobian,
+                neighbors,
+                losses: losses.max(0.0),
+                backward,
+                optimizer: optimizer.max(0.0),
+            });
         }
         let losses = trainer.losses().total(&self.config.weights);
         let loss = losses.into_data().iter::<f32>().next().unwrap_or(f32::NAN);
-        let [
-            step,
-            forward,
-            jacobian,
-            neighbors,
-            losses,
-            backward,
-            optimizer,
-        ] = parts.map(median);
+        let typical = |part: fn(&Seconds) -> f64| median(steps.iter().map(part).collect());
+        let seconds = Seconds {
+            step: typical(|s| s.step),
+            forward: typical(|s| s.forward),
+            jacobian: typical(|s| s.jacobian),
+            neighbors: typical(|s| s.neighbors),
+            losses: typical(|s| s.losses),
+            backward: typical(|s| s.backward),
+            optimizer: typical(|s| s.optimizer),
+        };
         let model = self.config.networks.init::<B>(device, self.config.seed);
         let work = multiplications(&model, self.config.objective) * points as f64;
         Ok(Measurement {
             backend: self.backend,
-            step,
-            forward,
-            jacobian,
-            neighbors,
-            losses,
-            backward,
-            optimizer,
-            points_per_second: points as f64 / step,
+            points_per_second: points as f64 / seconds.step,
             // A multiplication and an addition; twice as many again in the backward pass.
-            gflops: 3.0 * 2.0 * work / step / 1e9,
+            gflops: 3.0 * 2.0 * work / seconds.step / 1e9,
             product_gflops: product::<B::InnerBackend>(device),
             peak_memory_mib: peak_memory(),
             loss,
+            seconds,
         })
     }
 }
@@ -145,8 +150,9 @@ fn double_backward<B: AutodiffBackend>(
     evaluation: &dyn Evaluation<B>,
 ) -> f64 {
     let net = config.networks.init::<B>(device, config.seed).wrap;
-    let q = lattice(points)[..points].to_vec();
-    let q = Tensor::<B, 2>::from_data(TensorData::new(q.into_flattened(), [points, 2]), device);
+    let q = lattice(points);
+    let shape = [q.len(), 2];
+    let q = Tensor::<B, 2>::from_data(TensorData::new(q.into_flattened(), shape), device);
     let difference = || {
         let (_, both) = seconds::<B, _>(device, || mode.wrap(&net, q.clone(), evaluation));
         let (_, alone) = seconds::<B, _>(device, || net.forward(q.clone(), evaluation));

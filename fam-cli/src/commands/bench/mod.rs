@@ -8,7 +8,7 @@ use std::process::{Command, ExitCode, Stdio};
 use clap::ValueEnum;
 use serde_json::{Value, json};
 
-use crate::args::{self, BackendName};
+use crate::args::{self, BackendName, name_of};
 use crate::backend::Backend;
 use crate::config::Config;
 use crate::failure::Failure;
@@ -87,12 +87,6 @@ fn apart(
     Ok((measurements, failed))
 }
 
-/// How the command line calls a value.
-fn name_of(value: impl ValueEnum) -> String {
-    let value = value.to_possible_value();
-    value.map_or(String::new(), |value| value.get_name().to_string())
-}
-
 fn print(measurements: &[Measurement]) {
     let titles = [
         "backend",
@@ -111,14 +105,15 @@ fn print(measurements: &[Measurement]) {
     ];
     let mut rows = vec![titles.map(String::from).to_vec()];
     for m in measurements {
+        let s = &m.seconds;
         let parts = [
-            m.step,
-            m.forward,
-            m.jacobian,
-            m.neighbors,
-            m.losses,
-            m.backward,
-            m.optimizer,
+            s.step,
+            s.forward,
+            s.jacobian,
+            s.neighbors,
+            s.losses,
+            s.backward,
+            s.optimizer,
         ];
         let memory = m
             .peak_memory_mib

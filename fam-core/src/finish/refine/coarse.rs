@@ -312,6 +312,29 @@ mod tests {
         assert!(layout.energy < 4.2, "{}", layout.energy);
     }
 
+    /// As of a map that is torn along every edge of a winding strip.
+    #[test]
+    fn a_map_that_misleads_makes_no_cut_longer() {
+        let patch = Patch::of(&shapes::torus(1.0, 0.4, 90, 36));
+        let goes_on = || true;
+        let is_torn = |h: u32| {
+            let p = patch.positions[patch.topology.origin(h) as usize];
+            (9.0 * p[1].atan2(p[0])).sin() * p[2] > 0.0
+        };
+        let misled = |h: u32| patch.lengths[h as usize] * if is_torn(h) { 0.1 } else { 1.0 };
+        let misled = (0..patch.topology.half_edges()).map(misled).collect();
+        let budget = 300 * patch.areas.len() as u64;
+        let map = vec![[0.0; 2]; 3 * patch.areas.len()];
+        let length = |cost: Vec<f64>, start: &Start| {
+            let problem = Problem::new(&patch, cost, &goes_on);
+            let found = cheapest(&problem, start, &GOAL, budget, &|_, _| true).unwrap();
+            assert!(found.layout.suits(GOAL.bound));
+            found.layout.cut.cost(&found.simplified.patch.lengths)
+        };
+        let unguided = length(crease_costs(&patch), &Start::Nothing);
+        assert!(length(misled, &Start::Map(&map)) <= unguided);
+    }
+
     #[test]
     fn small_patches_are_cut_as_they_are() {
         let patch = Patch::of(&shapes::torus(1.0, 0.4, 40, 20));
