@@ -6,7 +6,7 @@ use fam_core::cycles::lattice;
 use fam_core::evaluation::Evaluation;
 use fam_core::jacobian::JacobianMode;
 use fam_core::losses::Objective;
-use fam_core::networks::{FlattenAnything, Mlp};
+use fam_core::networks::{FlattenAnything, Mlp, WrapNet};
 use fam_core::surface::{Surface, shapes};
 use fam_core::training::{Trainer, TrainingConfig};
 use serde::{Deserialize, Serialize};
@@ -19,9 +19,6 @@ const PRODUCT: usize = 1024;
 
 /// How often; the best counts.
 const PRODUCTS: usize = 8;
-
-/// How often Jacobians are measured aside; the median counts.
-const ASIDE: usize = 3;
 
 /// How one backend trained.
 #[derive(Debug, Serialize, Deserialize)]
@@ -84,13 +81,12 @@ impl Job for Measure<'_> {
         let points = trainer.points();
         // The first step allocates, and on a graphics adapter compiles.
         trainer.step().map_err(|error| error.to_string())?;
-        let aside = match self.config.jacobian {
-            JacobianMode::ForwardTangent => 0.0,
-            mode => double_backward::<B>(mode, self.config, points, device, &*evaluation),
-        };
+        let model = self.config.networks.init::<B>(device, self.config.seed);
+        let aside = Aside::<B>::new(self.config, &model, points, device);
         let mut steps = Vec::with_capacity(self.steps);
         for _ in 0..self.steps {
             let hooks = [&clocks.forward, &clocks.tangents, &clocks.neighbors];
+            let aside = aside.seconds(&*evaluation);
             // What the step before left on them.
             let _ = hooks.map(Clock::read);
             let (losses, before_backward) = seconds::<B, _>(device, || trainer.losses());
@@ -125,7 +121,6 @@ impl Job for Measure<'_> {
             backward: typical(|s| s.backward),
             optimizer: typical(|s| s.optimizer),
         };
-        let model = self.config.networks.init::<B>(device, self.config.seed);
         let work = multiplications(&model, self.config.objective) * points as f64;
         Ok(Measurement {
             backend: self.backend,
@@ -140,30 +135,52 @@ impl Job for Measure<'_> {
     }
 }
 
-/// The seconds that the Jacobians of a step take where they are differentiated backward, which
-/// no hook sees.
-fn double_backward<B: AutodiffBackend>(
+/// The Jacobians of a step where they are differentiated backward, which no hook sees.
+struct Aside<'a, B: AutodiffBackend> {
     mode: JacobianMode,
-    config: &TrainingConfig,
-    points: usize,
-    device: &B::Device,
-    evaluation: &dyn Evaluation<B>,
-) -> f64 {
-    let net = config.networks.init::<B>(device, config.seed).wrap;
-    let q = lattice(points);
-    let shape = [q.len(), 2];
-    let q = Tensor::<B, 2>::from_data(TensorData::new(q.into_flattened(), shape), device);
-    let difference = || {
-        let (_, both) = seconds::<B, _>(device, || mode.wrap(&net, q.clone(), evaluation));
-        let (_, alone) = seconds::<B, _>(device, || net.forward(q.clone(), evaluation));
-        both - alone
-    };
-    let jacobian = median((0..ASIDE).map(|_| difference()).collect());
-    let branches = match config.objective {
+    /// How many there are.
+    jacobians: f64,
+    net: &'a WrapNet<B>,
+    q: Tensor<B, 2>,
+}
+
+impl<'a, B: AutodiffBackend> Aside<'a, B> {
+    fn new(
+        config: &TrainingConfig,
+        model: &'a FlattenAnything<B>,
+        points: usize,
+        device: &B::Device,
+    ) -> Self {
+        let q = lattice(points);
+        let shape = [q.len(), 2];
+        Self {
+            mode: config.jacobian,
+            jacobians: jacobians(config.objective),
+            net: &model.wrap,
+            q: Tensor::from_data(TensorData::new(q.into_flattened(), shape), device),
+        }
+    }
+
+    /// What they take; nothing if hooks see them.
+    fn seconds(&self, evaluation: &dyn Evaluation<B>) -> f64 {
+        if self.mode == JacobianMode::ForwardTangent {
+            return 0.0;
+        }
+        let (device, q) = (self.q.device(), || self.q.clone());
+        let both = || self.mode.wrap(self.net, q(), evaluation);
+        let alone = || self.net.forward(q(), evaluation);
+        let (_, both) = seconds::<B, _>(&device, both);
+        let (_, alone) = seconds::<B, _>(&device, alone);
+        self.jacobians * (both - alone)
+    }
+}
+
+/// How many Jacobians a step has, at all points each.
+fn jacobians(objective: Objective) -> f64 {
+    match objective {
         Objective::Paper => 2.0,
         Objective::Reference => 1.0,
-    };
-    branches * jacobian
+    }
 }
 
 /// Multiplications in the products of one forward pass with forward tangents, for each point.
@@ -178,11 +195,8 @@ fn multiplications<B: Backend>(model: &FlattenAnything<B>, objective: Objective)
     let wrap = of(&[&model.wrap.mlp_1, &model.wrap.mlp_2]);
     let cut = of(&[&model.cut.mlp_1, &model.cut.mlp_2]);
     let unwrap = of(&[&model.unwrap.mlp]);
-    let tangents = match objective {
-        Objective::Paper => 4.0,
-        Objective::Reference => 2.0,
-    };
-    deform + 2.0 * (wrap + cut + unwrap) + tangents * wrap
+    // Two tangents for each Jacobian.
+    deform + 2.0 * (wrap + cut + unwrap) + 2.0 * jacobians(objective) * wrap
 }
 
 /// The rate of the best of some matrix products, in GFLOP/s.
