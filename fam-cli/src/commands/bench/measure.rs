@@ -86,16 +86,15 @@ impl Job for Measure<'_> {
         let mut steps = Vec::with_capacity(self.steps);
         for _ in 0..self.steps {
             let hooks = [&clocks.forward, &clocks.tangents, &clocks.neighbors];
-            let aside = aside.seconds(&*evaluation);
-            // What the step before left on them.
+            let (step, whole) = seconds::<B, _>(device, || trainer.step());
+            step.map_err(|error| error.to_string())?;
+            // What that step left on them.
             let _ = hooks.map(Clock::read);
             let (losses, before_backward) = seconds::<B, _>(device, || trainer.losses());
             let [forward, tangents, neighbors] = hooks.map(Clock::read);
             let total = losses.total(&self.config.weights);
             let (_, backward) = seconds::<B, _>(device, || total.backward());
-            let (step, whole) = seconds::<B, _>(device, || trainer.step());
-            step.map_err(|error| error.to_string())?;
-            let jacobian = tangents + aside;
+            let jacobian = tangents + aside.seconds(&*evaluation);
             // Differences of times of different runs, which may be below zero.
             let losses = before_backward - forward - jacobian - neighbors;
             let optimizer = whole - before_backward - backward;
