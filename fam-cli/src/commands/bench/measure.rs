@@ -82,7 +82,7 @@ impl Job for Measure<'_> {
         // The first step allocates, and on a graphics adapter compiles.
         trainer.step().map_err(|error| error.to_string())?;
         let model = self.config.networks.init::<B>(device, self.config.seed);
-        let aside = Aside::<B>::new(self.config, &model, points, device);
+        let backward_jacobians = BackwardJacobians::<B>::new(self.config, &model, points, device);
         let mut steps = Vec::with_capacity(self.steps);
         for _ in 0..self.steps {
             let hooks = [&clocks.forward, &clocks.tangents, &clocks.neighbors];
@@ -94,7 +94,7 @@ impl Job for Measure<'_> {
             let [forward, tangents, neighbors] = hooks.map(Clock::read);
             let total = losses.total(&self.config.weights);
             let (_, backward) = seconds::<B, _>(device, || total.backward());
-            let jacobian = tangents + aside.seconds(&*evaluation);
+            let jacobian = tangents + backward_jacobians.seconds(&*evaluation);
             // Differences of times of different runs, which may be below zero.
             let losses = before_backward - forward - jacobian - neighbors;
             let optimizer = whole - before_backward - backward;
@@ -120,6 +120,8 @@ impl Job for Measure<'_> {
             backward: typical(|s| s.backward),
             optimizer: typical(|s| s.optimizer),
         };
+        // Before the product of large matrices.
+        let peak_memory_mib = peak_memory();
         let work = multiplications(&model, self.config.objective) * points as f64;
         Ok(Measurement {
             backend: self.backend,
@@ -127,15 +129,16 @@ impl Job for Measure<'_> {
             // A multiplication and an addition; twice as many again in the backward pass.
             gflops: 3.0 * 2.0 * work / seconds.step / 1e9,
             product_gflops: product::<B::InnerBackend>(device),
-            peak_memory_mib: peak_memory(),
+            peak_memory_mib,
             loss,
             seconds,
         })
     }
 }
 
-/// The Jacobians of a step where they are differentiated backward, which no hook sees.
-struct Aside<'a, B: AutodiffBackend> {
+/// Measures the Jacobians of a step on their own where they are differentiated backward, which
+/// [`TimedEvaluation`] does not see.
+struct BackwardJacobians<'a, B: AutodiffBackend> {
     mode: JacobianMode,
     /// How many there are.
     jacobians: f64,
@@ -143,7 +146,7 @@ struct Aside<'a, B: AutodiffBackend> {
     q: Tensor<B, 2>,
 }
 
-impl<'a, B: AutodiffBackend> Aside<'a, B> {
+impl<'a, B: AutodiffBackend> BackwardJacobians<'a, B> {
     fn new(
         config: &TrainingConfig,
         model: &'a FlattenAnything<B>,
@@ -160,7 +163,7 @@ impl<'a, B: AutodiffBackend> Aside<'a, B> {
         }
     }
 
-    /// What they take; nothing if hooks see them.
+    /// What they take; nothing with forward tangents.
     fn seconds(&self, evaluation: &dyn Evaluation<B>) -> f64 {
         if self.mode == JacobianMode::ForwardTangent {
             return 0.0;
