@@ -4,7 +4,11 @@ use std::sync::Arc;
 
 use burn::tensor::backend::AutodiffBackend;
 use burn_autodiff::Autodiff;
-use fam_core::evaluation::{Evaluation, Plain, Tiled};
+use fam_core::evaluation::Evaluation;
+#[cfg(feature = "wgpu")]
+use fam_core::evaluation::Plain;
+#[cfg(any(feature = "flex", feature = "ndarray"))]
+use fam_core::evaluation::Tiled;
 
 use crate::args::BackendName;
 #[cfg(not(all(feature = "flex", feature = "ndarray", feature = "wgpu")))]

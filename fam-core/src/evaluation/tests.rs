@@ -3,6 +3,7 @@
 use super::kernel::Sizes;
 use super::*;
 use crate::networks::{FlattenAnything, FlattenAnythingConfig};
+use crate::training::turn;
 use burn::module::Module;
 use burn::tensor::{FloatDType, TensorData};
 use burn_autodiff::Autodiff;
@@ -39,6 +40,7 @@ fn evaluate(evaluation: &dyn Evaluation<Cpu>, points: usize, tangents: usize) ->
         .map(|k| tensor(points, 2, 10 + k as u64).require_grad())
         .collect();
     let xi = [&model.wrap.mlp_1, &model.wrap.mlp_2];
+    let _turn = turn();
     let (y, pushed) = evaluation.twofold(xi[0], xi[1], x.clone(), directions.clone());
     let p = tensor(points, 3, 2).require_grad();
     let q = evaluation.single(&model.unwrap.mlp, p.clone());
@@ -122,6 +124,7 @@ fn constants_have_no_gradient() {
     let tiled = Tiled::default();
     let xi = model().unwrap.mlp;
     let of = |xi: &Mlp<Cpu>, x: Tensor<Cpu, 2>| {
+        let _turn = turn();
         let gradients = tiled.single(xi, x.clone()).sum().backward();
         let weight = xi.layers[0].weight.grad(&gradients).map(host);
         (x.grad(&gradients).map(host), weight)

@@ -83,6 +83,7 @@ mod tests {
     fn a_conformal_point_has_a_finite_gradient() {
         type Tracked = burn_autodiff::Autodiff<Cpu>;
         let device = Default::default();
+        let _turn = crate::training::turn();
         let u = Tensor::<Tracked, 2>::from_data([[1.0, 0.0, 0.0]], &device).require_grad();
         let v = Tensor::<Tracked, 2>::from_data([[0.0, 1.0, 0.0]], &device);
         let form = FirstFundamentalForm::of(Jacobian { u: u.clone(), v });

@@ -11,7 +11,7 @@ use burn::tensor::{Tensor, TensorData};
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
-use super::{Ablation, TrainingConfig};
+use super::{Ablation, TrainingConfig, turn};
 use crate::cycles::lattice;
 use crate::evaluation::{Evaluation, Plain};
 use crate::losses::{LossTerm, Losses, Objective};
@@ -57,6 +57,8 @@ pub enum TrainingError {
 ///
 /// [`Trainer::new`] takes the k-d tree on the host for nearest neighbours and plain operations
 /// for the networks, [`Trainer::with_strategies`] others.
+///
+/// Trainers on several threads take [turns](turn), step by step.
 #[derive(Clone)]
 pub struct Trainer<B: AutodiffBackend> {
     config: TrainingConfig,
@@ -178,7 +180,8 @@ impl<B: AutodiffBackend> Trainer<B> {
     }
 
     /// The loss terms of the current weights on the points of one iteration, drawn as
-    /// [`sample`](Self::sample) says.
+    /// [`sample`](Self::sample) says. Whoever differentiates them beside other trainers holds
+    /// the [`turn`].
     pub fn losses(&mut self) -> Losses<B> {
         let batch = match &self.fixed {
             Some(batch) => batch.clone(),
@@ -221,6 +224,7 @@ impl<B: AutodiffBackend> Trainer<B> {
     /// [`TrainingError::NonFiniteLoss`], after which the trainer is back at the last weights
     /// whose losses were finite.
     pub fn step(&mut self) -> Result<Step, TrainingError> {
+        let _turn = turn();
         let losses = self.losses();
         let step = self.read(&losses)?;
         self.last_good = self.model.clone();
@@ -239,8 +243,10 @@ impl<B: AutodiffBackend> Trainer<B> {
         mut self,
         surface: &Surface,
     ) -> (TrainedMap<B::InnerBackend>, Result<(), TrainingError>) {
+        let turn = turn();
         let losses = self.losses();
         let last_step = self.read(&losses).map(|_| ());
+        drop(turn);
         let mut map = TrainedMap::new(
             self.model.valid(),
             self.config,

@@ -12,6 +12,7 @@ use fam_core::jacobian::JacobianMode;
 use fam_core::losses::{LossWeights, Losses, Objective, conformality_loss};
 use fam_core::neighbors::KdTree;
 use fam_core::networks::{FlattenAnything, FlattenAnythingConfig};
+use fam_core::training::turn;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
@@ -118,6 +119,7 @@ impl Problem {
     /// The slope of the objective along a random direction: by finite differences, and by the
     /// gradient of the objective with `differentiated` weights.
     fn slopes(&self, seed: u64, differentiated: &LossWeights) -> (f64, f64) {
+        let _turn = turn();
         let rng = Pcg64::seed_from_u64(seed);
         let at = |distance: f64| {
             let mut step = Move {
@@ -200,6 +202,7 @@ fn jacobians_are_those_of_finite_differences() {
     let finite_u = (shifted(STEP, 0.0) - shifted(-STEP, 0.0)) / (2.0 * STEP);
     let finite_v = (shifted(0.0, STEP) - shifted(0.0, -STEP)) / (2.0 * STEP);
     for mode in [JacobianMode::DoubleBackward, JacobianMode::ForwardTangent] {
+        let _turn = turn();
         let (_, jacobian) = mode.wrap(&net, q.clone(), &Plain);
         for (found, expected) in [(jacobian.u, &finite_u), (jacobian.v, &finite_v)] {
             let largest = (found - expected.clone()).abs().max().into_scalar();
@@ -217,6 +220,7 @@ fn both_jacobian_modes_agree() {
     let values: Vec<f32> = (0..600).map(|_| rng.random_range(-1.5..1.5)).collect();
     let config = FlattenAnythingConfig::new().with_width(48).with_latent(12);
     let evaluate = |mode: JacobianMode| {
+        let _turn = turn();
         let net = config.init::<Cpu>(&device, 11).wrap;
         let q = Tensor::<Cpu, 2>::from_data(TensorData::new(values.clone(), [300, 2]), &device);
         let (_, jacobian) = mode.wrap(&net, q, &Plain);

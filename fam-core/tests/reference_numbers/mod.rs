@@ -12,6 +12,7 @@ use fam_core::losses::{
 };
 use fam_core::neighbors::{KdTree, NeighborSearch};
 use fam_core::networks::FlattenAnything;
+use fam_core::training::turn;
 use safetensors::SafeTensors;
 
 /// Greatest L2 norm of a tensor's difference from the reference, over the reference's norm.
@@ -83,6 +84,7 @@ pub fn matches<B: AutodiffBackend>(
     evaluation: &dyn Evaluation<B>,
     device: &B::Device,
 ) {
+    let _turn = turn();
     let model = FlattenAnything::<B>::from_reference(&reference.bytes, device).unwrap();
     let points = reference.tensor::<B>("points", device);
     let normals = reference.tensor::<B>("normals", device);
