@@ -36,6 +36,9 @@ pub struct UnwrapBranch<B: Backend> {
     pub p_cycle_normals: Tensor<B, 2>,
     /// J_f: the derivative of P_cycle with respect to Q.
     pub jacobian: Jacobian<B>,
+    /// The derivatives of Q along two tangents of the surface, each `[N, 2]`, where these are
+    /// given.
+    pub flattening: Option<Jacobian<B>>,
 }
 
 impl<B: Backend> FlattenAnything<B> {
@@ -78,16 +81,26 @@ impl<B: Backend> FlattenAnything<B> {
         }
     }
 
-    /// The 3D→2D→3D cycle of surface points P `[N, 3]`.
+    /// The 3D→2D→3D cycle of surface points P `[N, 3]`. With two orthonormal `tangents` of the
+    /// surface at each, `[N, 3]`, the flattening there as well.
     pub fn unwrap_branch(
         &self,
         p: Tensor<B, 2>,
+        tangents: Option<[Tensor<B, 2>; 2]>,
         jacobian: JacobianMode,
         cut_net: bool,
         evaluation: &dyn Evaluation<B>,
     ) -> UnwrapBranch<B> {
-        let p_cut = self.open(p, cut_net, evaluation);
-        let q = self.unwrap.forward(p_cut.clone(), evaluation);
+        let tangents = tangents.into_iter().flatten().collect();
+        let (p_cut, pushed) = if cut_net {
+            self.cut.forward_with_tangents(p, tangents, evaluation)
+        } else {
+            (p, tangents)
+        };
+        let (q, pushed) = self
+            .unwrap
+            .forward_with_tangents(p_cut.clone(), pushed, evaluation);
+        let flattening = <[_; 2]>::try_from(pushed).ok();
         let (wrapped, jacobian) = jacobian.wrap(&self.wrap, q.clone(), evaluation);
         UnwrapBranch {
             p_cut,
@@ -95,6 +108,7 @@ impl<B: Backend> FlattenAnything<B> {
             p_cycle: wrapped.points,
             p_cycle_normals: wrapped.normals,
             jacobian,
+            flattening: flattening.map(|[u, v]| Jacobian { u, v }),
         }
     }
 

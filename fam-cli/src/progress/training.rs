@@ -112,6 +112,7 @@ fn terms(now: &atlas::Progress) -> String {
             "conf",
             group(&|term| matches!(term, LossTerm::ConformalityF | LossTerm::ConformalityG)),
         ),
+        ("flat", group(&|term| term == LossTerm::Flattening)),
     ];
     let mut line = String::new();
     if now.components > 1 {

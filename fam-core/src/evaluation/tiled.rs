@@ -37,11 +37,16 @@ pub struct Tiled {
 type Rows<B, C> = Tensor<Autodiff<B, C>, 2>;
 
 impl<B: Backend, C: CheckpointStrategy> Evaluation<Autodiff<B, C>> for Tiled {
-    fn single(&self, xi: &Mlp<Autodiff<B, C>>, x: Rows<B, C>) -> Rows<B, C> {
+    fn single(
+        &self,
+        xi: &Mlp<Autodiff<B, C>>,
+        x: Rows<B, C>,
+        tangents: Vec<Rows<B, C>>,
+    ) -> (Rows<B, C>, Vec<Rows<B, C>>) {
         if !is_f32(&[xi], &x) {
-            return Plain.single(xi, x);
+            return Plain.single(xi, x, tangents);
         }
-        self.stacked(&[xi], x, 0)
+        self.with_tangents(&[xi], x, tangents)
     }
 
     fn twofold(
@@ -54,24 +59,34 @@ impl<B: Backend, C: CheckpointStrategy> Evaluation<Autodiff<B, C>> for Tiled {
         if !is_f32(&[xi_1, xi_2], &x) {
             return Plain.twofold(xi_1, xi_2, x, tangents);
         }
+        self.with_tangents(&[xi_1, xi_2], x, tangents)
+    }
+}
+
+impl Tiled {
+    /// Evaluates points, and pushes tangents along.
+    fn with_tangents<B: Backend, C: CheckpointStrategy>(
+        &self,
+        mlps: &[&Mlp<Autodiff<B, C>>],
+        x: Rows<B, C>,
+        tangents: Vec<Rows<B, C>>,
+    ) -> (Rows<B, C>, Vec<Rows<B, C>>) {
         let shape = x.dims();
         assert!(
             tangents.iter().all(|tangent| tangent.dims() == shape),
             "every tangent has the shape of x, {shape:?}"
         );
         if tangents.is_empty() {
-            return (self.stacked(&[xi_1, xi_2], x, 0), tangents);
+            return (self.stacked(mlps, x, 0), tangents);
         }
         let [n, _] = shape;
         let count = tangents.len();
         let rows = std::iter::once(x).chain(tangents).collect();
-        let output = self.stacked(&[xi_1, xi_2], Tensor::cat(rows, 0), count);
+        let output = self.stacked(mlps, Tensor::cat(rows, 0), count);
         let block = |k: usize| output.clone().narrow(0, k * n, n);
         (block(0), (1..=count).map(block).collect())
     }
-}
 
-impl Tiled {
     /// Evaluates stacked rows: those of the points, then those of each tangent.
     fn stacked<B: Backend, C: CheckpointStrategy>(
         &self,

@@ -19,12 +19,13 @@ use crate::networks::{WrapNet, Wrapped};
 
 pub use fundamental_form::FirstFundamentalForm;
 
-/// Partial derivatives of a map from the plane to space, row by row.
+/// Derivatives of a map from one surface to another along two directions, row by row: those of
+/// Wrap-Net along the axes of the plane, `[N, 3]`, or of the UVs along two tangents, `[N, 2]`.
 #[derive(Debug, Clone)]
 pub struct Jacobian<B: Backend> {
-    /// ∂/∂u `[N, 3]`.
+    /// ∂/∂u.
     pub u: Tensor<B, 2>,
-    /// ∂/∂v `[N, 3]`.
+    /// ∂/∂v.
     pub v: Tensor<B, 2>,
 }
 

@@ -4,8 +4,9 @@ use burn::tensor::{FloatDType, Tensor, backend::Backend};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    bounding_box_normalized, bounding_box_side, chamfer_distance, conformality_loss, normal_loss,
-    point_cycle_loss, repulsion_threshold, unwrapping_loss, uv_cycle_loss,
+    bounding_box_normalized, bounding_box_side, chamfer_distance, conformality_loss,
+    flattening_loss, normal_loss, point_cycle_loss, repulsion_threshold, unwrapping_loss,
+    uv_cycle_loss,
 };
 use crate::cycles::{DeformBranch, UnwrapBranch};
 use crate::neighbors::NeighborSearch;
@@ -43,6 +44,9 @@ pub struct LossWeights {
     /// Of ℓ_conf of each map.
     #[config(default = 0.01)]
     pub conformality: f64,
+    /// Of ℓ_flat, which the paper does not have.
+    #[config(default = 0.0)]
+    pub flattening: f64,
 }
 
 /// One term of the objective.
@@ -66,6 +70,8 @@ pub enum LossTerm {
     ConformalityF,
     /// Mean |λ¹ − λ²| of g.
     ConformalityG,
+    /// ℓ_flat: mean (λ¹ − λ²) / (λ¹ + λ²) of the derivative of Q along the surface.
+    Flattening,
 }
 
 impl LossTerm {
@@ -81,6 +87,7 @@ impl LossTerm {
             LossTerm::CycleNormals => "cycle-normals",
             LossTerm::ConformalityF => "conformality-f",
             LossTerm::ConformalityG => "conformality-g",
+            LossTerm::Flattening => "flattening",
         }
     }
 
@@ -90,6 +97,7 @@ impl LossTerm {
             LossTerm::Unwrap | LossTerm::UnwrapQHat | LossTerm::UnwrapQHatCycle => weights.unwrap,
             LossTerm::CyclePoints | LossTerm::CycleUv | LossTerm::CycleNormals => weights.cycle,
             LossTerm::ConformalityF | LossTerm::ConformalityG => weights.conformality,
+            LossTerm::Flattening => weights.flattening,
         }
     }
 }
@@ -162,6 +170,9 @@ impl<B: Backend> Losses<B> {
                 ));
             }
             terms.push((LossTerm::ConformalityF, conformality_loss(unwrap.jacobian)));
+            if let Some(flattening) = unwrap.flattening {
+                terms.push((LossTerm::Flattening, flattening_loss(flattening)));
+            }
         }
         Self { terms }
     }

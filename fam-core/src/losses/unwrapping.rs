@@ -38,8 +38,9 @@ pub fn bounding_box_normalized<B: Backend>(q: Tensor<B, 2>) -> Tensor<B, 2> {
     let centered = q - center;
     let squared = (centered.clone() * centered.clone()).sum_dim(1);
     let radius = squared.max_dim(0).sqrt() + 1e-8;
-    // A power, not a division: see the normals' loss.
-    centered * radius.powf_scalar(-1.0)
+    // The power -1 is a reciprocal of 14 bits on burn-ndarray, as in a division.
+    let inverse_root = radius.powf_scalar(-0.5);
+    centered * inverse_root.clone() * inverse_root
 }
 
 /// The threshold of the reference objective on a normalised UV set of `count` lattice points:

@@ -4,13 +4,20 @@ mod farthest_point;
 mod poisson_disk;
 
 use rand::Rng;
-use rand::seq::index;
+use rand::seq::index::{self, IndexVec};
 use serde::{Deserialize, Serialize};
 
+use crate::neighbors::nearest_others;
+use crate::surface::plane::{Plane, frame};
+use crate::surface::vector::normalize;
 use crate::surface::{Normalization, Surface, SurfaceError};
 
 pub use farthest_point::farthest_points;
 pub use poisson_disk::{SurfacePoint, poisson_disk};
+
+/// Neighbours of a point that its tangent plane is fitted to: noise averages out among more, and
+/// fewer are on another sheet.
+const FITTED: usize = 8;
 
 /// Where the training points of a mesh come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -30,6 +37,9 @@ pub struct Sample {
     pub points: Vec<[f32; 3]>,
     /// One normal per point, of unit length or zero where none is known.
     pub normals: Option<Vec<[f32; 3]>>,
+    /// Two orthonormal tangents per point, if they were asked for: along the plane that the
+    /// normal or, without normals, the nearest points tell. Zero where the normal is.
+    pub tangents: Option<Vec<[[f32; 3]; 2]>>,
 }
 
 /// Supplies the points of each training iteration: at most a given number of them, the same
@@ -42,7 +52,7 @@ pub struct PointSource {
 
 impl PointSource {
     /// A source of `count` points on a surface; a mesh is sampled as `sampling` says, a
-    /// cloud is its own pool.
+    /// cloud is its own pool. Tangents of it only if they are wanted.
     ///
     /// # Errors
     /// A mesh without area.
@@ -51,6 +61,7 @@ impl PointSource {
         normalization: &Normalization,
         sampling: Sampling,
         count: usize,
+        with_tangents: bool,
         rng: &mut impl Rng,
     ) -> Result<Self, SurfaceError> {
         let (points, normals) = match surface {
@@ -77,15 +88,18 @@ impl PointSource {
                 }
             },
         };
+        let points: Vec<[f32; 3]> = points.iter().map(|&p| normalization.apply(p)).collect();
+        let normals: Option<Vec<[f64; 3]>> =
+            normals.map(|normals| normals.into_iter().map(normalize).collect());
+        let tangents = with_tangents.then(|| match &normals {
+            Some(normals) => normals.iter().map(|&n| tangents(n)).collect(),
+            None => fitted_normals(&points).map(tangents).collect(),
+        });
+        let single = |n: [f64; 3]| n.map(|c| c as f32);
         let pool = Sample {
-            points: points.iter().map(|&p| normalization.apply(p)).collect(),
-            normals: normals.map(|normals| {
-                let unit = crate::surface::vector::normalize;
-                normals
-                    .into_iter()
-                    .map(|n: [f64; 3]| unit(n).map(|c| c as f32))
-                    .collect()
-            }),
+            points,
+            normals: normals.map(|normals| normals.into_iter().map(single).collect()),
+            tangents,
         };
         Ok(Self { pool, count })
     }
@@ -106,12 +120,35 @@ impl PointSource {
             return self.pool.clone();
         }
         let chosen = index::sample(rng, self.pool.points.len(), self.count);
-        let choose = |rows: &[[f32; 3]]| chosen.iter().map(|i| rows[i]).collect();
         Sample {
-            points: choose(&self.pool.points),
-            normals: self.pool.normals.as_deref().map(choose),
+            points: rows(&chosen, &self.pool.points),
+            normals: self.pool.normals.as_deref().map(|n| rows(&chosen, n)),
+            tangents: self.pool.tangents.as_deref().map(|t| rows(&chosen, t)),
         }
     }
+}
+
+fn rows<T: Copy>(chosen: &IndexVec, of: &[T]) -> Vec<T> {
+    chosen.iter().map(|i| of[i]).collect()
+}
+
+fn tangents(normal: [f64; 3]) -> [[f32; 3]; 2] {
+    let [u, v, _] = frame(normal);
+    [u, v].map(|axis| axis.map(|c| c as f32))
+}
+
+/// The normals of the planes that fit every point and the nearest to it.
+fn fitted_normals(points: &[[f32; 3]]) -> impl Iterator<Item = [f64; 3]> {
+    let count = FITTED.min(points.len().saturating_sub(1));
+    let neighbors = match count {
+        0 => Vec::new(),
+        _ => nearest_others(points, count),
+    };
+    (0..points.len()).map(move |p| {
+        let near = neighbors[p * count..(p + 1) * count].iter();
+        let all = near.map(|&q| q as usize).chain([p]);
+        Plane::fit(all.map(|q| (points[q].map(f64::from), 1.0))).normal
+    })
 }
 
 #[cfg(test)]
@@ -124,7 +161,7 @@ mod tests {
     fn source(surface: &Surface, sampling: Sampling, count: usize) -> PointSource {
         let normalization = Normalization::of(surface.positions()).unwrap();
         let mut rng = Pcg64::seed_from_u64(1);
-        PointSource::new(surface, &normalization, sampling, count, &mut rng).unwrap()
+        PointSource::new(surface, &normalization, sampling, count, true, &mut rng).unwrap()
     }
 
     #[test]
@@ -155,5 +192,24 @@ mod tests {
         values.dedup();
         assert_eq!(values.len(), 100);
         assert!(a.normals.is_none());
+    }
+
+    /// By the normals of a mesh, and without any by the nearest points.
+    #[test]
+    fn tangents_are_orthonormal_and_along_the_surface() {
+        let sphere = shapes::sphere(24);
+        let outwards = |surface: &Surface, off: f32| {
+            let sample =
+                source(surface, Sampling::PoissonDisk, 300).draw(&mut Pcg64::seed_from_u64(4));
+            for (p, [u, v]) in sample.points.iter().zip(sample.tangents.unwrap()) {
+                let dot = |a: &[f32; 3], b: &[f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+                assert!((dot(&u, &u) - 1.0).abs() < 1e-5 && (dot(&v, &v) - 1.0).abs() < 1e-5);
+                assert!(dot(&u, &v).abs() < 1e-5);
+                assert!(dot(&u, p).abs() < off && dot(&v, p).abs() < off);
+            }
+        };
+        let cloud = PointCloud::new(sphere.positions().to_vec(), None).unwrap();
+        outwards(&Surface::Mesh(sphere), 0.06);
+        outwards(&Surface::PointCloud(cloud), 0.06);
     }
 }

@@ -95,6 +95,7 @@ impl TrainingConfig {
             jacobian: JacobianMode::ForwardTangent,
             learning_rate: 5e-3,
             networks: FlattenAnythingConfig::new().with_width(64),
+            weights: LossWeights::new().with_flattening(0.005),
             ..Self::paper()
         }
     }
@@ -109,6 +110,7 @@ impl TrainingConfig {
             weights.unwrap,
             weights.cycle,
             weights.conformality,
+            weights.flattening,
             f64::from(self.weight_decay),
         ];
         let widths = [self.networks.width, self.networks.latent];

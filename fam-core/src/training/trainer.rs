@@ -82,6 +82,7 @@ pub struct Trainer<B: AutodiffBackend> {
 struct Batch<B: AutodiffBackend> {
     points: Tensor<B, 2>,
     normals: Option<Tensor<B, 2>>,
+    tangents: Option<[Tensor<B, 2>; 2]>,
 }
 
 impl<B: AutodiffBackend> Trainer<B> {
@@ -128,6 +129,7 @@ impl<B: AutodiffBackend> Trainer<B> {
             &normalization,
             config.sampling,
             config.points,
+            config.weights.flattening > 0.0,
             &mut rng,
         )?;
         if source.count() < MIN_POINTS {
@@ -204,8 +206,13 @@ impl<B: AutodiffBackend> Trainer<B> {
                 .deform_branch(self.lattice.clone(), on_g, cut_net, &*self.evaluation)
         });
         let unwrap = (without != Ablation::UnwrapBranch).then(|| {
-            self.model
-                .unwrap_branch(batch.points.clone(), jacobian, cut_net, &*self.evaluation)
+            self.model.unwrap_branch(
+                batch.points.clone(),
+                batch.tangents.clone(),
+                jacobian,
+                cut_net,
+                &*self.evaluation,
+            )
         });
         Losses::of(
             objective,
@@ -306,8 +313,12 @@ impl<B: AutodiffBackend> Batch<B> {
             let shape = [rows.len(), 3];
             Tensor::from_data(TensorData::new(rows.into_flattened(), shape), device)
         };
+        let tangents = sample
+            .tangents
+            .map(|tangents| [0, 1].map(|k| tensor(tangents.iter().map(|pair| pair[k]).collect())));
         Self {
             points: tensor(sample.points),
+            tangents,
             normals: sample.normals.filter(|_| with_normals).map(tensor),
         }
     }

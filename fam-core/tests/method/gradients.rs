@@ -91,6 +91,17 @@ impl Problem {
             .cast(FloatDType::F64)
     }
 
+    /// Two orthonormal tangents of the torus at every point.
+    fn tangents(&self) -> [Tensor<Cpu, 2>; 2] {
+        let normals = self.input("normals");
+        let up = Tensor::<Cpu, 2>::from_data([[0.0, 0.0, 1.0]], &Default::default());
+        let up = up.cast(FloatDType::F64).expand(normals.dims());
+        let along = Tensor::cross(up, normals.clone(), 1);
+        let length = (along.clone() * along.clone()).sum_dim(1).sqrt();
+        let along = along / length;
+        [along.clone(), Tensor::cross(normals, along, 1)]
+    }
+
     /// The weights that finite differences can follow: in the paper's objective ε moves with
     /// L(Q) but is a constant for the gradient. The reference objective holds ε still, and
     /// with it tests the same loss.
@@ -99,12 +110,19 @@ impl Problem {
             Objective::Paper => LossWeights::new().with_unwrap(0.0),
             Objective::Reference => LossWeights::new(),
         }
+        .with_flattening(0.02)
     }
 
     fn total(&self, model: &FlattenAnything<Cpu>, weights: &LossWeights) -> Tensor<Cpu, 1> {
         let on_g = (self.objective == Objective::Paper).then_some(self.mode);
         let deform = model.deform_branch(self.input("grid"), on_g, true, &Plain);
-        let unwrap = model.unwrap_branch(self.input("points"), self.mode, true, &Plain);
+        let unwrap = model.unwrap_branch(
+            self.input("points"),
+            Some(self.tangents()),
+            self.mode,
+            true,
+            &Plain,
+        );
         Losses::of(
             self.objective,
             self.input("points"),

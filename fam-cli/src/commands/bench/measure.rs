@@ -122,7 +122,7 @@ impl Job for Measure<'_> {
         };
         // Before the product of large matrices.
         let peak_memory_mib = peak_memory();
-        let work = multiplications(&model, self.config.objective) * points as f64;
+        let work = multiplications(&model, self.config) * points as f64;
         Ok(Measurement {
             backend: self.backend,
             points_per_second: points as f64 / seconds.step,
@@ -186,7 +186,7 @@ fn jacobians(objective: Objective) -> f64 {
 }
 
 /// Multiplications in the products of one forward pass with forward tangents, for each point.
-fn multiplications<B: Backend>(model: &FlattenAnything<B>, objective: Objective) -> f64 {
+fn multiplications<B: Backend>(model: &FlattenAnything<B>, config: &TrainingConfig) -> f64 {
     let of = |mlps: &[&Mlp<B>]| -> f64 {
         let layers = mlps.iter().flat_map(|mlp| &mlp.layers);
         layers
@@ -197,8 +197,11 @@ fn multiplications<B: Backend>(model: &FlattenAnything<B>, objective: Objective)
     let wrap = of(&[&model.wrap.mlp_1, &model.wrap.mlp_2]);
     let cut = of(&[&model.cut.mlp_1, &model.cut.mlp_2]);
     let unwrap = of(&[&model.unwrap.mlp]);
+    let flattenings = f64::from(config.weights.flattening > 0.0);
     // Two tangents for each Jacobian.
-    deform + 2.0 * (wrap + cut + unwrap) + 2.0 * jacobians(objective) * wrap
+    deform
+        + 2.0 * (wrap + cut + unwrap)
+        + 2.0 * (jacobians(config.objective) * wrap + flattenings * (cut + unwrap))
 }
 
 /// The rate of the best of some matrix products, in GFLOP/s.

@@ -19,6 +19,16 @@ pub struct Clocks {
     pub neighbors: Clock,
 }
 
+impl Clocks {
+    /// That of an evaluation with these tangents.
+    fn of<T>(&self, tangents: &[T]) -> &Clock {
+        match tangents.is_empty() {
+            true => &self.forward,
+            false => &self.tangents,
+        }
+    }
+}
+
 /// An evaluation whose calls are timed.
 pub struct TimedEvaluation<B: AutodiffBackend> {
     pub inner: Arc<dyn Evaluation<B>>,
@@ -54,10 +64,15 @@ pub fn seconds<B: Backend, T>(device: &B::Device, work: impl FnOnce() -> T) -> (
 }
 
 impl<B: AutodiffBackend> Evaluation<B> for TimedEvaluation<B> {
-    fn single(&self, xi: &Mlp<B>, x: Tensor<B, 2>) -> Tensor<B, 2> {
-        let work = |x| self.inner.single(xi, x);
+    fn single(
+        &self,
+        xi: &Mlp<B>,
+        x: Tensor<B, 2>,
+        tangents: Vec<Tensor<B, 2>>,
+    ) -> (Tensor<B, 2>, Vec<Tensor<B, 2>>) {
         let device = x.device();
-        self.clocks.forward.time::<B, _>(&device, || work(x))
+        let clock = self.clocks.of(&tangents);
+        clock.time::<B, _>(&device, || self.inner.single(xi, x, tangents))
     }
 
     fn twofold(
@@ -67,11 +82,8 @@ impl<B: AutodiffBackend> Evaluation<B> for TimedEvaluation<B> {
         x: Tensor<B, 2>,
         tangents: Vec<Tensor<B, 2>>,
     ) -> (Tensor<B, 2>, Vec<Tensor<B, 2>>) {
-        let clock = match tangents.is_empty() {
-            true => &self.clocks.forward,
-            false => &self.clocks.tangents,
-        };
         let device = x.device();
+        let clock = self.clocks.of(&tangents);
         clock.time::<B, _>(&device, || self.inner.twofold(xi_1, xi_2, x, tangents))
     }
 }
