@@ -1,4 +1,3 @@
-use burn::config::Config;
 use burn::tensor::{FloatDType, Tensor, backend::Backend};
 
 use serde::{Deserialize, Serialize};
@@ -29,24 +28,33 @@ pub enum Objective {
     Reference,
 }
 
-/// Weights of the loss terms; the defaults are the paper's.
-#[derive(Config, Debug, PartialEq)]
+/// Weights of the loss terms; the defaults, which also stand for what a file leaves out, are the
+/// paper's.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct LossWeights {
-    /// Of ℓ_wrap.
-    #[config(default = 1.0)]
+    /// Of ℓ_wrap: 1.
     pub wrap: f64,
-    /// Of ℓ_unwrap.
-    #[config(default = 0.01)]
+    /// Of ℓ_unwrap: 0.01.
     pub unwrap: f64,
-    /// Of each term of ℓ_cycle.
-    #[config(default = 0.01)]
+    /// Of each term of ℓ_cycle: 0.01.
     pub cycle: f64,
-    /// Of ℓ_conf of each map.
-    #[config(default = 0.01)]
+    /// Of ℓ_conf of each map: 0.01.
     pub conformality: f64,
-    /// Of ℓ_flat, which the paper does not have.
-    #[config(default = 0.0)]
+    /// Of ℓ_flat, which the paper does not have: 0.
     pub flattening: f64,
+}
+
+impl Default for LossWeights {
+    fn default() -> Self {
+        Self {
+            wrap: 1.0,
+            unwrap: 0.01,
+            cycle: 0.01,
+            conformality: 0.01,
+            flattening: 0.0,
+        }
+    }
 }
 
 /// One term of the objective.

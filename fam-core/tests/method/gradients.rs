@@ -106,11 +106,17 @@ impl Problem {
     /// L(Q) but is a constant for the gradient. The reference objective holds ε still, and
     /// with it tests the same loss.
     fn weights(&self) -> LossWeights {
+        let weights = LossWeights {
+            flattening: 0.02,
+            ..LossWeights::default()
+        };
         match self.objective {
-            Objective::Paper => LossWeights::new().with_unwrap(0.0),
-            Objective::Reference => LossWeights::new(),
+            Objective::Paper => LossWeights {
+                unwrap: 0.0,
+                ..weights
+            },
+            Objective::Reference => weights,
         }
-        .with_flattening(0.02)
     }
 
     fn total(&self, model: &FlattenAnything<Cpu>, weights: &LossWeights) -> Tensor<Cpu, 1> {
@@ -191,15 +197,24 @@ fn objective_gradients_are_those_of_finite_differences() {
 
 /// The check above must notice a missing part of the gradient, however small its weight.
 #[test]
-fn a_gradient_without_the_conformality_term_is_noticed() {
+fn a_gradient_without_a_term_is_noticed() {
     let problem = Problem {
         reference: Reference::small(),
         objective: Objective::Paper,
         mode: JacobianMode::DoubleBackward,
     };
-    let without = problem.weights().with_conformality(0.0);
-    let (finite, gradient) = problem.slopes(0, &without);
-    assert!(relative(finite, gradient) > 100.0 * TOLERANCE);
+    let without_conformality = LossWeights {
+        conformality: 0.0,
+        ..problem.weights()
+    };
+    let without_flattening = LossWeights {
+        flattening: 0.0,
+        ..problem.weights()
+    };
+    for without in [without_conformality, without_flattening] {
+        let (finite, gradient) = problem.slopes(0, &without);
+        assert!(relative(finite, gradient) > 100.0 * TOLERANCE);
+    }
 }
 
 #[test]

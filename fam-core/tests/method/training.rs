@@ -7,7 +7,7 @@ use burn::tensor::{Int, Tensor, backend::Backend};
 use burn_autodiff::Autodiff;
 use burn_ndarray::NdArray;
 use fam_core::evaluation::Tiled;
-use fam_core::losses::{LossTerm, Objective};
+use fam_core::losses::{LossTerm, LossWeights, Objective};
 use fam_core::map::TrainedMap;
 use fam_core::metrics::Metrics;
 use fam_core::neighbors::{NeighborSearch, nearest_others};
@@ -200,6 +200,18 @@ fn damaged_model_files_are_errors() {
             .to_string()
             .contains("cut.mlp_1.0.weight")
     );
+}
+
+/// Files from before there was a weight of ℓ_flat.
+#[test]
+fn weights_that_a_model_file_leaves_out_are_the_papers() {
+    let surface = Surface::Mesh(shapes::torus(1.0, 0.4, 30, 16));
+    let mut bytes = run(small(1), &surface).0.to_safetensors().unwrap();
+    let entry = br#",\"flattening\":0.005"#;
+    let at = bytes.windows(entry.len()).position(|w| w == entry).unwrap();
+    bytes[at..at + entry.len()].fill(b' ');
+    let map = TrainedMap::<NdArray>::from_safetensors(&bytes, &Default::default()).unwrap();
+    assert_eq!(map.config().weights, LossWeights::default());
 }
 
 #[test]

@@ -148,7 +148,7 @@ pub fn matches<B: AutodiffBackend>(
         Objective::Paper => "total_paper",
         Objective::Reference => "total_reference",
     };
-    let total = losses.total(&LossWeights::new());
+    let total = losses.total(&LossWeights::default());
     reference.check(&format!("loss.{total_name}"), &host(&total));
 
     let gradients = total.backward();
