@@ -107,7 +107,7 @@ impl Problem {
     /// with it tests the same loss.
     fn weights(&self) -> LossWeights {
         let weights = LossWeights {
-            flattening: 0.02,
+            flattening: 0.1,
             ..LossWeights::default()
         };
         match self.objective {
@@ -212,8 +212,12 @@ fn a_gradient_without_a_term_is_noticed() {
         ..problem.weights()
     };
     for without in [without_conformality, without_flattening] {
-        let (finite, gradient) = problem.slopes(0, &without);
-        assert!(relative(finite, gradient) > 100.0 * TOLERANCE);
+        // Along some of the directions above.
+        let errors = [0, 1, 2].map(|seed| {
+            let (finite, gradient) = problem.slopes(seed, &without);
+            relative(finite, gradient)
+        });
+        assert!(errors.iter().any(|error| *error > 100.0 * TOLERANCE));
     }
 }
 
