@@ -33,7 +33,8 @@ pub struct Jacobian<B: Backend> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum JacobianMode {
-    /// Gradients of gradients through burn-autodiff.
+    /// Gradients of gradients through burn-autodiff. The inner pass is one that wants the
+    /// [turn](crate::training::turn) beside trainers on other threads.
     #[default]
     DoubleBackward,
     /// Two tangents in forward mode.

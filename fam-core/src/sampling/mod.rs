@@ -30,6 +30,15 @@ pub enum Sampling {
     Vertices,
 }
 
+/// What tells the tangents of a surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TangentsFrom {
+    /// Its normals, where it has any.
+    Normals,
+    /// Its points alone.
+    Points,
+}
+
 /// Normalised points `[N, 3]` with their normals, if they have any.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sample {
@@ -37,8 +46,8 @@ pub struct Sample {
     pub points: Vec<[f32; 3]>,
     /// One normal per point, of unit length or zero where none is known.
     pub normals: Option<Vec<[f32; 3]>>,
-    /// Two orthonormal tangents per point, if they were asked for: along the plane that the
-    /// normal or, without normals, the nearest points tell. Zero where the normal is.
+    /// Two orthonormal tangents per point, if they were asked for: orthogonal to the normal or,
+    /// where none is known, along the plane that fits the nearest points.
     pub tangents: Option<Vec<[[f32; 3]; 2]>>,
 }
 
@@ -52,7 +61,7 @@ pub struct PointSource {
 
 impl PointSource {
     /// A source of `count` points on a surface; a mesh is sampled as `sampling` says, a
-    /// cloud is its own pool. Tangents of it only if they are wanted.
+    /// cloud is its own pool. Tangents only if it is said where from.
     ///
     /// # Errors
     /// A mesh without area.
@@ -61,7 +70,7 @@ impl PointSource {
         normalization: &Normalization,
         sampling: Sampling,
         count: usize,
-        with_tangents: bool,
+        tangents_from: Option<TangentsFrom>,
         rng: &mut impl Rng,
     ) -> Result<Self, SurfaceError> {
         let (points, normals) = match surface {
@@ -91,9 +100,9 @@ impl PointSource {
         let points: Vec<[f32; 3]> = points.iter().map(|&p| normalization.apply(p)).collect();
         let normals: Option<Vec<[f64; 3]>> =
             normals.map(|normals| normals.into_iter().map(normalize).collect());
-        let tangents = with_tangents.then(|| match &normals {
-            Some(normals) => normals.iter().map(|&n| tangents(n)).collect(),
-            None => fitted_normals(&points).map(tangents).collect(),
+        let tangents = tangents_from.map(|from| match (from, &normals) {
+            (TangentsFrom::Normals, Some(normals)) => along(&points, normals),
+            _ => along(&points, &vec![[0.0; 3]; points.len()]),
         });
         let single = |n: [f64; 3]| n.map(|c| c as f32);
         let pool = Sample {
@@ -132,23 +141,28 @@ fn rows<T: Copy>(chosen: &IndexVec, of: &[T]) -> Vec<T> {
     chosen.iter().map(|i| of[i]).collect()
 }
 
-fn tangents(normal: [f64; 3]) -> [[f32; 3]; 2] {
-    let [u, v, _] = frame(normal);
-    [u, v].map(|axis| axis.map(|c| c as f32))
-}
-
-/// The normals of the planes that fit every point and the nearest to it.
-fn fitted_normals(points: &[[f32; 3]]) -> impl Iterator<Item = [f64; 3]> {
-    let count = FITTED.min(points.len().saturating_sub(1));
+/// Two tangents for each point; where the normal is zero, of the plane that fits it and the
+/// nearest.
+fn along(points: &[[f32; 3]], normals: &[[f64; 3]]) -> Vec<[[f32; 3]; 2]> {
+    let unknown = |n: &[f64; 3]| *n == [0.0; 3];
+    let count = match normals.iter().any(unknown) {
+        true => FITTED.min(points.len() - 1),
+        false => 0,
+    };
     let neighbors = match count {
         0 => Vec::new(),
         _ => nearest_others(points, count),
     };
-    (0..points.len()).map(move |p| {
+    let fitted = |p: usize| {
         let near = neighbors[p * count..(p + 1) * count].iter();
         let all = near.map(|&q| q as usize).chain([p]);
         Plane::fit(all.map(|q| (points[q].map(f64::from), 1.0))).normal
-    })
+    };
+    let tangents = |(p, normal): (usize, &[f64; 3])| {
+        let [u, v, _] = frame(if unknown(normal) { fitted(p) } else { *normal });
+        [u, v].map(|axis| axis.map(|c| c as f32))
+    };
+    normals.iter().enumerate().map(tangents).collect()
 }
 
 #[cfg(test)]
@@ -161,7 +175,8 @@ mod tests {
     fn source(surface: &Surface, sampling: Sampling, count: usize) -> PointSource {
         let normalization = Normalization::of(surface.positions()).unwrap();
         let mut rng = Pcg64::seed_from_u64(1);
-        PointSource::new(surface, &normalization, sampling, count, true, &mut rng).unwrap()
+        let from = Some(TangentsFrom::Normals);
+        PointSource::new(surface, &normalization, sampling, count, from, &mut rng).unwrap()
     }
 
     #[test]
@@ -194,22 +209,35 @@ mod tests {
         assert!(a.normals.is_none());
     }
 
-    /// By the normals of a mesh, and without any by the nearest points.
+    /// By the normals of a mesh, by the nearest points of a cloud without or with normals of zero,
+    /// and where wrong normals are to be ignored.
     #[test]
     fn tangents_are_orthonormal_and_along_the_surface() {
         let sphere = shapes::sphere(24);
-        let outwards = |surface: &Surface, off: f32| {
-            let sample =
-                source(surface, Sampling::PoissonDisk, 300).draw(&mut Pcg64::seed_from_u64(4));
+        let points = sphere.positions().to_vec();
+        let cloud = |normal: Option<[f64; 3]>| {
+            let normals = normal.map(|n| vec![n; points.len()]);
+            Surface::PointCloud(PointCloud::new(points.clone(), normals).unwrap())
+        };
+        let surfaces = [
+            (cloud(None), TangentsFrom::Normals),
+            (cloud(Some([0.0; 3])), TangentsFrom::Normals),
+            (cloud(Some([0.0, 0.0, 1.0])), TangentsFrom::Points),
+            (Surface::Mesh(sphere), TangentsFrom::Normals),
+        ];
+        for (surface, from) in surfaces {
+            let normalization = Normalization::of(surface.positions()).unwrap();
+            let mut rng = Pcg64::seed_from_u64(1);
+            let kind = Sampling::PoissonDisk;
+            let source =
+                PointSource::new(&surface, &normalization, kind, 300, Some(from), &mut rng);
+            let sample = source.unwrap().draw(&mut rng);
             for (p, [u, v]) in sample.points.iter().zip(sample.tangents.unwrap()) {
                 let dot = |a: &[f32; 3], b: &[f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
                 assert!((dot(&u, &u) - 1.0).abs() < 1e-5 && (dot(&v, &v) - 1.0).abs() < 1e-5);
                 assert!(dot(&u, &v).abs() < 1e-5);
-                assert!(dot(&u, p).abs() < off && dot(&v, p).abs() < off);
+                assert!(dot(&u, p).abs() < 0.06 && dot(&v, p).abs() < 0.06);
             }
-        };
-        let cloud = PointCloud::new(sphere.positions().to_vec(), None).unwrap();
-        outwards(&Surface::Mesh(sphere), 0.06);
-        outwards(&Surface::PointCloud(cloud), 0.06);
+        }
     }
 }

@@ -87,9 +87,9 @@ impl TrainingConfig {
     /// A small model and a short schedule: half a minute on a CPU of two cores.
     ///
     /// So few steps want larger ones: with the paper's learning rate, the same schedule ends at
-    /// a third more conformality error. ℓ_flat, which the paper does not have, takes a fifth of it
-    /// away; four times its weight makes surfaces fold, which are conformal then but lie on
-    /// themselves (docs/performance.md).
+    /// a third more conformality error. ℓ_flat, which the paper does not have, takes away a fifth
+    /// of the error; at four times its weight surfaces fold, and the error is larger again
+    /// (docs/performance.md).
     pub fn fast() -> Self {
         Self {
             points: 1_000,

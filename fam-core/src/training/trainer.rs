@@ -18,7 +18,7 @@ use crate::losses::{LossTerm, Losses, Objective};
 use crate::map::TrainedMap;
 use crate::neighbors::{KdTree, NeighborSearch};
 use crate::networks::FlattenAnything;
-use crate::sampling::{PointSource, Sample};
+use crate::sampling::{PointSource, Sample, TangentsFrom};
 use crate::surface::{Normalization, Surface, SurfaceError};
 
 /// What one iteration did.
@@ -58,7 +58,8 @@ pub enum TrainingError {
 /// [`Trainer::new`] takes the k-d tree on the host for nearest neighbours and plain operations
 /// for the networks, [`Trainer::with_strategies`] others.
 ///
-/// Trainers on several threads take [turns](turn), step by step.
+/// Trainers on several threads take [turns](turn), step by step. These are to be threads of their
+/// own, not `rayon`'s.
 #[derive(Clone)]
 pub struct Trainer<B: AutodiffBackend> {
     config: TrainingConfig,
@@ -124,12 +125,16 @@ impl<B: AutodiffBackend> Trainer<B> {
             return Err(SurfaceError::TooSmall("its triangles have no area").into());
         }
         let mut rng = Pcg64::seed_from_u64(config.seed);
+        let tangents_from = match surface {
+            Surface::PointCloud(_) if !config.normals => TangentsFrom::Points,
+            _ => TangentsFrom::Normals,
+        };
         let source = PointSource::new(
             surface,
             &normalization,
             config.sampling,
             config.points,
-            config.weights.flattening > 0.0,
+            (config.weights.flattening > 0.0).then_some(tangents_from),
             &mut rng,
         )?;
         if source.count() < MIN_POINTS {
@@ -182,8 +187,8 @@ impl<B: AutodiffBackend> Trainer<B> {
     }
 
     /// The loss terms of the current weights on the points of one iteration, drawn as
-    /// [`sample`](Self::sample) says. Whoever differentiates them beside other trainers holds
-    /// the [`turn`].
+    /// [`sample`](Self::sample) says. Beside other trainers, whoever calls this holds the [`turn`]
+    /// until they are differentiated or dropped.
     pub fn losses(&mut self) -> Losses<B> {
         let batch = match &self.fixed {
             Some(batch) => batch.clone(),

@@ -10,7 +10,9 @@ static TURN: Mutex<()> = Mutex::new(());
 /// (<https://github.com/tracel-ai/burn/issues/5573>). Code that differentiates on a thread beside
 /// trainers holds this from the first operation until it has its gradients.
 ///
-/// A thread that holds it must not ask for it again, nor step a trainer.
+/// A thread that holds it must not ask for it again, nor step a trainer. So trainers do not belong
+/// into tasks of `rayon`: what waits in one of them for another core may take up another, and with
+/// it the turn that it has.
 pub fn turn() -> MutexGuard<'static, ()> {
     // The lock guards no data that a panic could leave half done.
     TURN.lock().unwrap_or_else(PoisonError::into_inner)

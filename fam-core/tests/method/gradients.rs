@@ -195,7 +195,7 @@ fn objective_gradients_are_those_of_finite_differences() {
     }
 }
 
-/// The check above must notice a missing part of the gradient, however small its weight.
+/// The check above must notice that a term of the gradient is missing.
 #[test]
 fn a_gradient_without_a_term_is_noticed() {
     let problem = Problem {

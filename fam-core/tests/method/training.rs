@@ -202,6 +202,22 @@ fn damaged_model_files_are_errors() {
     );
 }
 
+#[test]
+fn the_fast_preset_has_the_flattening_term_and_the_papers_weights_do_not() {
+    let surface = Surface::Mesh(shapes::torus(1.0, 0.4, 30, 16));
+    let has_it = |config| {
+        let (_, last) = run(config, &surface);
+        last.terms
+            .iter()
+            .any(|(term, _)| *term == LossTerm::Flattening)
+    };
+    assert!(has_it(small(1)));
+    assert!(!has_it(TrainingConfig {
+        weights: LossWeights::default(),
+        ..small(1)
+    }));
+}
+
 /// Files from before there was a weight of ℓ_flat.
 #[test]
 fn weights_that_a_model_file_leaves_out_are_the_papers() {

@@ -136,7 +136,7 @@ impl Job for Measure<'_> {
     }
 }
 
-/// Measures the Jacobians of a step on their own where they are differentiated backward, which
+/// Measures the Jacobians of Wrap-Net on their own where they are differentiated backward, which
 /// [`TimedEvaluation`] does not see.
 struct BackwardJacobians<'a, B: AutodiffBackend> {
     mode: JacobianMode,
