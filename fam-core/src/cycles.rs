@@ -49,7 +49,7 @@ impl<B: Backend> FlattenAnything<B> {
         cut_net: bool,
         evaluation: &dyn Evaluation<B>,
     ) -> Tensor<B, 2> {
-        let p_cut = self.open(p, cut_net, evaluation);
+        let (p_cut, _) = self.open(p, Vec::new(), cut_net, evaluation);
         self.unwrap.forward(p_cut, evaluation)
     }
 
@@ -69,7 +69,8 @@ impl<B: Backend> FlattenAnything<B> {
             }
             None => (self.wrap.forward(q_hat.clone(), evaluation), None),
         };
-        let p_hat_cut = self.open(wrapped.points.clone(), cut_net, evaluation);
+        let p_hat = wrapped.points.clone();
+        let (p_hat_cut, _) = self.open(p_hat, Vec::new(), cut_net, evaluation);
         let q_hat_cycle = self.unwrap.forward(p_hat_cut.clone(), evaluation);
         DeformBranch {
             q_hat,
@@ -92,11 +93,7 @@ impl<B: Backend> FlattenAnything<B> {
         evaluation: &dyn Evaluation<B>,
     ) -> UnwrapBranch<B> {
         let tangents = tangents.into_iter().flatten().collect();
-        let (p_cut, pushed) = if cut_net {
-            self.cut.forward_with_tangents(p, tangents, evaluation)
-        } else {
-            (p, tangents)
-        };
+        let (p_cut, pushed) = self.open(p, tangents, cut_net, evaluation);
         let (q, pushed) = self
             .unwrap
             .forward_with_tangents(p_cut.clone(), pushed, evaluation);
@@ -112,11 +109,18 @@ impl<B: Backend> FlattenAnything<B> {
         }
     }
 
-    fn open(&self, p: Tensor<B, 2>, cut_net: bool, evaluation: &dyn Evaluation<B>) -> Tensor<B, 2> {
+    /// P_cut, and the tangents of the opened surface.
+    fn open(
+        &self,
+        p: Tensor<B, 2>,
+        tangents: Vec<Tensor<B, 2>>,
+        cut_net: bool,
+        evaluation: &dyn Evaluation<B>,
+    ) -> (Tensor<B, 2>, Vec<Tensor<B, 2>>) {
         if cut_net {
-            self.cut.forward(p, evaluation)
+            self.cut.forward_with_tangents(p, tangents, evaluation)
         } else {
-            p
+            (p, tangents)
         }
     }
 }

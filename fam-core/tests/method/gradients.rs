@@ -211,13 +211,10 @@ fn a_gradient_without_a_term_is_noticed() {
         flattening: 0.0,
         ..problem.weights()
     };
-    for without in [without_conformality, without_flattening] {
-        // Along some of the directions above.
-        let errors = [0, 1, 2].map(|seed| {
-            let (finite, gradient) = problem.slopes(seed, &without);
-            relative(finite, gradient)
-        });
-        assert!(errors.iter().any(|error| *error > 100.0 * TOLERANCE));
+    // Directions along which the terms have a slope.
+    for (seed, without) in [(0, without_conformality), (2, without_flattening)] {
+        let (finite, gradient) = problem.slopes(seed, &without);
+        assert!(relative(finite, gradient) > 100.0 * TOLERANCE);
     }
 }
 

@@ -58,23 +58,19 @@ fn term(step: &Step, wanted: LossTerm) -> f32 {
         .1
 }
 
-/// Trains on a mesh and asserts the conformality of its vertices' map and the wrapping error. So
-/// short a training may end in a fold (on the cylinder with one seed of four): one of three seeds
-/// has to do without.
+/// Trains on a mesh and asserts the conformality of its vertices' map and the wrapping error.
 fn reaches(mesh: TriangleMesh, iterations: usize, conformality: f64, wrap: f32) {
     let surface = Surface::Mesh(mesh.clone());
-    let reached = |seed| {
-        let config = TrainingConfig {
-            seed,
-            ..small(iterations)
-        };
-        let (map, last) = run(config, &surface);
-        let metrics = measure(&map, &mesh);
-        let wrapped = term(&last, LossTerm::Wrap);
-        println!("conformality {}, wrap {wrapped}", metrics.conformality);
-        metrics.conformality < conformality && wrapped < wrap
-    };
-    assert!([0, 2, 4].into_iter().any(reached));
+    let (map, last) = run(small(iterations), &surface);
+    let metrics = measure(&map, &mesh);
+    let wrapped = term(&last, LossTerm::Wrap);
+    println!("conformality {}, wrap {wrapped}", metrics.conformality);
+    assert!(
+        metrics.conformality < conformality,
+        "conformality {}",
+        metrics.conformality
+    );
+    assert!(wrapped < wrap, "wrapping error {wrapped}");
 }
 
 #[test]
@@ -89,7 +85,7 @@ fn open_cylinder() {
 
 #[test]
 fn moebius_strip() {
-    reaches(shapes::moebius_strip(0.8, 80, 12), 700, 0.28, 0.045);
+    reaches(shapes::moebius_strip(0.8, 80, 12), 400, 0.28, 0.045);
 }
 
 /// An unoriented cloud of a gently curved sheet; the sheet's triangles, which training does not
@@ -207,7 +203,7 @@ fn damaged_model_files_are_errors() {
 }
 
 #[test]
-fn the_fast_preset_has_the_flattening_term_and_the_papers_weights_do_not() {
+fn flattening_is_a_term_where_it_has_a_weight() {
     let surface = Surface::Mesh(shapes::torus(1.0, 0.4, 30, 16));
     let has_it = |config| {
         let (_, last) = run(config, &surface);
