@@ -489,7 +489,7 @@ impl Document {
 }
 
 /// Replaces the file at `path` as a whole or not at all.
-fn write_file(
+pub(crate) fn write_file(
     path: &Path,
     content: impl FnOnce(&mut dyn Write) -> Result<(), WriteFault>,
 ) -> Result<(), WriteError> {
@@ -522,7 +522,7 @@ pub(crate) fn check_count(
     }
 }
 
-fn is_finite(uv: &[f32; 2]) -> bool {
+pub(crate) fn is_finite(uv: &[f32; 2]) -> bool {
     uv.iter().all(|c| c.is_finite())
 }
 

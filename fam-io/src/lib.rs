@@ -7,6 +7,7 @@
 //!   with UVs; everything else in it stays. Under a name with the extension of another format
 //!   they convert it: what that format has a place for comes along. An OBJ file then gets its
 //!   materials and textures beside it.
+//! - [`CloudStream`] writes clouds with UVs that are too large to be held in memory.
 //! - [`Document::of_surface`] makes a document of a surface that comes from no file.
 //! - [`seams`] writes the torn edges and seam points of a result as JSON and OBJ.
 //! - [`marks`] reads edges of a mesh that somebody marked in a file of their own.
@@ -69,9 +70,11 @@ mod polygons;
 mod scene;
 pub mod seams;
 pub mod stl;
+mod stream;
 mod text;
 pub mod xyz;
 
 pub use detect::format_of;
 pub use document::{Document, Format, Labels, Uvs, WriteOptions, read_surface};
 pub use error::{ReadError, ReadFault, WriteError, WriteFault};
+pub use stream::{CloudStream, StreamError};

@@ -28,6 +28,7 @@
 
 mod body;
 mod header;
+mod records;
 mod write;
 
 use std::io;
@@ -35,6 +36,8 @@ use std::io;
 use fam_core::surface::{SurfaceError, UvMap};
 
 use self::body::{Entries, Table};
+pub(crate) use self::records::Records;
+
 use self::header::{Element, Header, Kind, Scalar};
 use crate::color::linear_color;
 use crate::document::{Parsed, surface, vertex_uvs};

@@ -17,13 +17,13 @@
 use std::io::{self, Write};
 use std::ops::Range;
 
-use fam_core::surface::{Surface, vector};
+use fam_core::surface::{Surface, SurfaceError, vector};
 
 use crate::color::linear_color;
 use crate::document::{Parsed, surface, vertex_uvs};
 use crate::polygons::Polygons;
 use crate::scene::Scene;
-use crate::text::{self, Edits, coordinate, lines, words};
+use crate::text::{self, Edits, Line, coordinate, lines, words};
 use crate::{Labels, ReadFault, Uvs};
 
 const UNIT_TOLERANCE: f64 = 1e-2;
@@ -34,10 +34,138 @@ pub(crate) struct Source {
     bytes: Vec<u8>,
     /// The columns of every point.
     points: Vec<Range<usize>>,
+    columns: Columns,
+}
+
+/// What the columns of a file are.
+#[derive(Debug, Clone)]
+pub(crate) struct Columns {
+    /// How many the first point has.
+    width: usize,
     /// The names of the columns before the UV, if a line gives them.
     names: Option<Vec<String>>,
     has_uvs: bool,
     has_normals: bool,
+}
+
+/// Reads the lines of a file one after the other, and finds out what its columns are.
+#[derive(Debug, Default)]
+pub(crate) struct Reader {
+    started: bool,
+    headers: Vec<Vec<String>>,
+    /// Of the first point.
+    width: Option<usize>,
+    /// Whether a line before the first point names UVs.
+    named: bool,
+    /// Whether a point has no UV in its last two columns.
+    without_uv: bool,
+    /// Whether a point has no normal, if its last two columns are a UV and if they are not.
+    without_normal: [bool; 2],
+}
+
+impl Reader {
+    /// The columns of the point on a line and where it is; none if there is no point.
+    pub fn line(
+        &mut self,
+        bytes: &[u8],
+        line: &Line,
+    ) -> Result<Option<(Range<usize>, [f64; 3])>, ReadFault> {
+        let (data, comment) = split_comment(bytes, line.text.clone());
+        let data = columns(bytes, data);
+        let texts = |words: &[Range<usize>]| {
+            let text = |word: &Range<usize>| String::from_utf8_lossy(&bytes[word.clone()]);
+            words.iter().map(|word| text(word).into_owned()).collect()
+        };
+        if data.is_empty() {
+            if self.width.is_none() {
+                self.headers.push(texts(&comment));
+            }
+            return Ok(None);
+        }
+        let is_first = !std::mem::replace(&mut self.started, true);
+        let is_number = |word: &Range<usize>| text::parse::<f64>(&bytes[word.clone()]).is_some();
+        if is_first && data.len() == 1 && is_number(&data[0]) {
+            return Ok(None);
+        }
+        if is_first && !data.iter().any(is_number) {
+            self.headers.push(texts(&data));
+            return Ok(None);
+        }
+        if data.len() < 3 {
+            let problem = format!("a point has three columns or more, not {}", data.len());
+            return Err(text::syntax(line.number, problem));
+        }
+        let coordinate = |at: usize| coordinate(&bytes[data[at].clone()], line.number);
+        let position = [coordinate(0)?, coordinate(1)?, coordinate(2)?];
+        if self.width.is_none() {
+            self.width = Some(data.len());
+            self.named = self.headers.iter().any(|names| ends_in_uv(names));
+        }
+        self.without_uv |= self.named && uv(bytes, &data).is_none();
+        let lengths = [data.len() - 2, data.len()];
+        for (without, length) in self.without_normal.iter_mut().zip(lengths) {
+            *without |= unit_normal(bytes, &data[..length]).is_none();
+        }
+        Ok(Some((data[0].start..data[data.len() - 1].end, position)))
+    }
+
+    /// After the last line; none if there was no point.
+    pub fn finish(self) -> Option<Columns> {
+        let width = self.width?;
+        let has_uvs = self.named && !self.without_uv;
+        let mut headers = self.headers.into_iter();
+        Some(Columns {
+            width,
+            names: headers.rfind(|names| names.len() == width),
+            has_uvs,
+            has_normals: !self.without_normal[if has_uvs { 0 } else { 1 }],
+        })
+    }
+}
+
+impl Columns {
+    /// Adds the UV of a point, or puts it in the place of the one that is there.
+    pub fn edit(&self, bytes: &[u8], point: Range<usize>, [u, v]: [f32; 2], edits: &mut Edits) {
+        let columns = columns(bytes, point.clone());
+        let separator = String::from_utf8_lossy(&bytes[columns[0].end..columns[1].start]);
+        if self.has_uvs {
+            let start = columns[columns.len() - 2].start;
+            edits.replace(start..point.end, format_args!("{u}{separator}{v}"));
+        } else {
+            let added = format_args!("{separator}{u}{separator}{v}");
+            edits.replace(point.end..point.end, added);
+        }
+    }
+
+    /// Adds the line that names the columns to the start of a file that needs one.
+    pub fn edit_header(&self, bytes: &[u8], edits: &mut Edits) {
+        if !self.has_uvs
+            && let Some(first) = lines(bytes).next()
+        {
+            let start = first.text.start;
+            let names = self.all_names().join(" ");
+            let line_end = text::line_end(bytes);
+            edits.replace(start..start, format_args!("# {names} u v{line_end}"));
+        }
+    }
+
+    /// The names of the columns before the UV: those of the file, if it has them.
+    fn all_names(&self) -> Vec<String> {
+        if let Some(names) = &self.names {
+            return names.clone();
+        }
+        let mut names = vec!["x", "y", "z"];
+        if self.has_normals {
+            names.extend(["nx", "ny", "nz"]);
+        }
+        let known = names.len();
+        let numbered = (known..self.width).map(|column| format!("column{}", column + 1));
+        names
+            .into_iter()
+            .map(str::to_owned)
+            .chain(numbered)
+            .collect()
+    }
 }
 
 fn columns(bytes: &[u8], range: Range<usize>) -> Vec<Range<usize>> {
@@ -63,66 +191,23 @@ fn split_comment(bytes: &[u8], line: Range<usize>) -> (Range<usize>, Vec<Range<u
 }
 
 pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
+    let mut reader = Reader::default();
     let mut points = Vec::new();
     let mut positions = Vec::new();
-    let mut headers: Vec<Vec<String>> = Vec::new();
-    let mut first = true;
     for line in lines(&bytes) {
-        let (data, comment) = split_comment(&bytes, line.text);
-        let data = columns(&bytes, data);
-        let texts = |words: &[Range<usize>]| {
-            let text = |word: &Range<usize>| String::from_utf8_lossy(&bytes[word.clone()]);
-            words.iter().map(|word| text(word).into_owned()).collect()
-        };
-        if data.is_empty() {
-            if points.is_empty() {
-                headers.push(texts(&comment));
-            }
-            continue;
+        if let Some((point, position)) = reader.line(&bytes, &line)? {
+            points.push(point);
+            positions.push(position);
         }
-        let is_first = std::mem::take(&mut first);
-        let is_number = |word: &Range<usize>| text::parse::<f64>(&bytes[word.clone()]).is_some();
-        if is_first && data.len() == 1 && is_number(&data[0]) {
-            continue;
-        }
-        if is_first && !data.iter().any(is_number) {
-            headers.push(texts(&data));
-            continue;
-        }
-        if data.len() < 3 {
-            let problem = format!("a point has three columns or more, not {}", data.len());
-            return Err(text::syntax(line.number, problem));
-        }
-        let coordinate = |at: usize| coordinate(&bytes[data[at].clone()], line.number);
-        positions.push([coordinate(0)?, coordinate(1)?, coordinate(2)?]);
-        points.push(data[0].start..data[data.len() - 1].end);
     }
-
-    let number = |word: &Range<usize>| text::parse::<f32>(&bytes[word.clone()]);
-    let uv = |columns: &[Range<usize>]| match columns {
-        [_, _, _, .., u, v] => Some([number(u)?, number(v)?]),
-        _ => None,
-    };
-    let named = headers.iter().any(|names| ends_in_uv(names));
+    let found = reader.finish().ok_or(SurfaceError::NoVertices)?;
     let each = || points.iter().map(|point| columns(&bytes, point.clone()));
-    let uvs: Option<Vec<_>> = named.then(|| each().map(|c| uv(&c)).collect()).flatten();
-    let has_uvs = uvs.is_some();
-    let normals: Option<Vec<_>> = each()
-        .map(|columns| {
-            unit_normal(
-                &bytes,
-                &columns[..columns.len() - if has_uvs { 2 } else { 0 }],
-            )
-        })
-        .collect();
-    let width = points
-        .first()
-        .map(|point| columns(&bytes, point.clone()).len());
-    let names = headers
-        .into_iter()
-        .rfind(|names| Some(names.len()) == width);
-
-    let has_normals = normals.is_some();
+    let uvs = |c: Vec<Range<usize>>| uv(&bytes, &c);
+    let uvs = found.has_uvs.then(|| each().filter_map(uvs).collect());
+    let normals = |c: Vec<Range<usize>>| unit_normal(&bytes, &c);
+    let normals = found
+        .has_normals
+        .then(|| each().filter_map(normals).collect());
     let surface = surface(positions, &Polygons::default(), normals)?;
     let uvs = uvs.and_then(|uvs| vertex_uvs(&surface, uvs));
     Ok(Parsed {
@@ -133,11 +218,18 @@ pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
         source: Source {
             bytes,
             points,
-            names,
-            has_uvs,
-            has_normals,
+            columns: found,
         },
     })
+}
+
+/// The last two columns of a point, if they are numbers.
+fn uv(bytes: &[u8], columns: &[Range<usize>]) -> Option<[f32; 2]> {
+    let number = |word: &Range<usize>| text::parse::<f32>(&bytes[word.clone()]);
+    match columns {
+        [_, _, _, .., u, v] => Some([number(u)?, number(v)?]),
+        _ => None,
+    }
 }
 
 fn ends_in_uv(names: &[String]) -> bool {
@@ -170,8 +262,8 @@ impl Source {
     }
 
     fn colors(&self) -> Option<Vec<[f32; 4]>> {
-        let before = if self.has_normals { 6 } else { 3 };
-        let after = if self.has_uvs { 2 } else { 0 };
+        let before = if self.columns.has_normals { 6 } else { 3 };
+        let after = if self.columns.has_uvs { 2 } else { 0 };
         let color = |point: &Range<usize>| {
             let columns = columns(&self.bytes, point.clone());
             let color = columns.get(before..columns.len() - after)?.get(..3)?;
@@ -189,48 +281,12 @@ impl Source {
 
     fn write_points(&self, uvs: &[[f32; 2]], out: &mut dyn Write) -> io::Result<()> {
         let mut edits = Edits::default();
-        if !self.has_uvs
-            && let Some(first) = lines(&self.bytes).next()
-        {
-            let start = first.text.start;
-            let names = self.column_names().join(" ");
-            let line_end = text::line_end(&self.bytes);
-            edits.replace(start..start, format_args!("# {names} u v{line_end}"));
-        }
-        for (point, [u, v]) in self.points.iter().zip(uvs) {
-            let columns = columns(&self.bytes, point.clone());
-            let separator = String::from_utf8_lossy(&self.bytes[columns[0].end..columns[1].start]);
-            if self.has_uvs {
-                let start = columns[columns.len() - 2].start;
-                edits.replace(start..point.end, format_args!("{u}{separator}{v}"));
-            } else {
-                let added = format_args!("{separator}{u}{separator}{v}");
-                edits.replace(point.end..point.end, added);
-            }
+        self.columns.edit_header(&self.bytes, &mut edits);
+        for (point, uv) in self.points.iter().zip(uvs) {
+            self.columns
+                .edit(&self.bytes, point.clone(), *uv, &mut edits);
         }
         edits.apply(&self.bytes, out)
-    }
-
-    /// The names of the columns before the UV: those of the file, if it has them.
-    fn column_names(&self) -> Vec<String> {
-        if let Some(names) = &self.names {
-            return names.clone();
-        }
-        let width = self
-            .points
-            .first()
-            .map_or(3, |point| columns(&self.bytes, point.clone()).len());
-        let mut names = vec!["x", "y", "z"];
-        if self.has_normals {
-            names.extend(["nx", "ny", "nz"]);
-        }
-        let known = names.len();
-        let numbered = (known..width).map(|column| format!("column{}", column + 1));
-        names
-            .into_iter()
-            .map(str::to_owned)
-            .chain(numbered)
-            .collect()
     }
 }
 

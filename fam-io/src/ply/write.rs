@@ -11,7 +11,7 @@ use crate::polygons::{Pieces, Split};
 use crate::text::{Edits, line_end};
 
 /// A face to be written, or the part of one.
-struct Face {
+pub(super) struct Face {
     vertices: Vec<u32>,
     /// Of its corners, if that is where they are written.
     uvs: Vec<[f32; 2]>,
@@ -80,17 +80,17 @@ impl Rows<'_> {
 }
 
 /// What is not as it is in the file.
-struct Changes {
-    vertices: Option<Vertices>,
+pub(super) struct Changes {
+    pub vertices: Option<Vertices>,
     /// The pieces of every polygon.
-    faces: Option<Vec<Vec<Face>>>,
+    pub faces: Option<Vec<Vec<Face>>>,
 }
 
 /// UVs of the vertices of the file and of those that are added.
-struct Vertices {
-    uvs: Vec<[f32; 2]>,
+pub(super) struct Vertices {
+    pub uvs: Vec<[f32; 2]>,
     /// The vertices that the added ones are copies of.
-    added: Vec<u32>,
+    pub added: Vec<u32>,
 }
 
 impl Source {
@@ -151,12 +151,13 @@ impl Source {
         }
     }
 
-    fn header_edits(&self, changes: &Changes) -> Edits {
+    pub(super) fn header_edits(&self, changes: &Changes) -> Edits {
         let mut edits = Edits::default();
         let line_end = line_end(&self.bytes);
         if let Some(vertices) = &changes.vertices {
             let element = &self.header.elements[self.vertices];
-            edits.replace(element.count_word.clone(), vertices.uvs.len());
+            let count = element.count + vertices.added.len() as u64;
+            edits.replace(element.count_word.clone(), count);
             for column in self.old_vertex_uvs() {
                 edits.replace(element.properties[column].line.clone(), "");
             }
@@ -232,13 +233,22 @@ impl Source {
         }
     }
 
-    fn write_body(&self, changes: &Changes, out: &mut dyn Write) -> io::Result<()> {
-        let mut rows = Rows {
+    /// The entries of the vertices alone.
+    pub(super) fn write_points(&self, points: &Vertices, out: &mut dyn Write) -> io::Result<()> {
+        self.write_vertices(points, &mut self.rows(out))
+    }
+
+    fn rows<'a>(&self, out: &'a mut dyn Write) -> Rows<'a> {
+        Rows {
             out,
             encoding: self.header.encoding,
             line_end: line_end(&self.bytes),
             row: Vec::new(),
-        };
+        }
+    }
+
+    fn write_body(&self, changes: &Changes, out: &mut dyn Write) -> io::Result<()> {
+        let mut rows = self.rows(out);
         let mut end = self.header.end;
         for (index, entries) in self.entries.iter().enumerate() {
             end = entries.range.end;

@@ -1,0 +1,303 @@
+//! Clouds that are read and written a piece at a time, whatever their size.
+//!
+//! [`CloudStream`] takes XYZ, and binary PLY that has nothing but points. What it writes is what
+//! [`Document`](crate::Document) writes, byte for byte; only its memory does not grow with the file.
+
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use fam_core::surface::SurfaceError;
+
+use crate::document::{check_count, is_finite, write_file};
+use crate::text::{Edits, Line, lines};
+use crate::{Format, ReadError, ReadFault, WriteError, WriteFault, detect, ply, xyz};
+
+/// Points of a binary file that are read at once.
+const POINTS: usize = 1 << 16;
+
+/// Bytes of a text that are read at once: about as many points.
+const BYTES: usize = 1 << 22;
+
+/// A point cloud in a file.
+#[derive(Debug)]
+pub struct CloudStream {
+    path: PathBuf,
+    cloud: Cloud,
+}
+
+#[derive(Debug)]
+enum Cloud {
+    Xyz(xyz::Columns),
+    Ply(ply::Records),
+}
+
+/// Why a cloud was not written again.
+#[derive(Debug, thiserror::Error)]
+pub enum StreamError {
+    /// It could not be read to its end.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The copy could not be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+}
+
+impl CloudStream {
+    /// The cloud in a file; none if the file is of another kind, or a pipe. Text is read to its end
+    /// once, to find out what its columns are.
+    ///
+    /// # Errors
+    /// The file cannot be read, or it breaks the rules of its format.
+    pub fn open(path: impl AsRef<Path>) -> Result<Option<Self>, ReadError> {
+        let path = path.as_ref();
+        let cloud = open(path).map_err(|fault| at(path, fault))?;
+        Ok(cloud.map(|cloud| Self {
+            path: path.to_owned(),
+            cloud,
+        }))
+    }
+
+    /// The format of the file.
+    pub fn format(&self) -> Format {
+        match self.cloud {
+            Cloud::Xyz(_) => Format::Xyz,
+            Cloud::Ply(_) => Format::Ply,
+        }
+    }
+
+    /// Writes the file again, in its own format, with the UVs that `uvs` gives some points at a
+    /// time, one each and in their order, in the place of any UVs it had.
+    ///
+    /// # Errors
+    /// The file cannot be read any more or the copy not be written, a coordinate or a UV is not
+    /// finite, or there is not one UV for each point. There is no copy then.
+    pub fn write_uvs(
+        &self,
+        path: impl AsRef<Path>,
+        mut uvs: impl FnMut(&[[f64; 3]]) -> Vec<[f32; 2]>,
+    ) -> Result<(), StreamError> {
+        let mut unread = None;
+        let mut first = 0;
+        let mut checked = |positions: &[[f64; 3]]| {
+            let uvs = uvs(positions);
+            check_count("points", positions.len(), uvs.len())?;
+            if let Some(at) = uvs.iter().position(|uv| !is_finite(uv)) {
+                return Err(WriteFault::NonFiniteUv(first + at));
+            }
+            first += uvs.len();
+            Ok(uvs)
+        };
+        let written = write_file(path.as_ref(), |out| {
+            let outcome = match &self.cloud {
+                Cloud::Xyz(columns) => self.write_xyz(columns, &mut checked, out),
+                Cloud::Ply(records) => self.write_ply(records, &mut checked, out),
+            };
+            outcome.map_err(|stop| match stop {
+                Stop::Read(fault) => {
+                    unread = Some(fault);
+                    WriteFault::Io(io::Error::other("its source cannot be read"))
+                }
+                Stop::Write(fault) => fault,
+            })
+        });
+        match unread {
+            Some(fault) => Err(at(&self.path, fault).into()),
+            None => Ok(written?),
+        }
+    }
+
+    fn write_xyz(
+        &self,
+        columns: &xyz::Columns,
+        uvs: &mut dyn FnMut(&[[f64; 3]]) -> Result<Vec<[f32; 2]>, WriteFault>,
+        out: &mut dyn Write,
+    ) -> Result<(), Stop> {
+        let mut reader = xyz::Reader::default();
+        let mut is_first = true;
+        for block in TextBlocks::open(&self.path).map_err(ReadFault::from)? {
+            let block = block.map_err(ReadFault::from)?;
+            let (mut points, mut positions) = (Vec::new(), Vec::new());
+            for line in block.lines() {
+                if let Some((point, position)) = reader.line(&block.bytes, &line)? {
+                    points.push(point);
+                    positions.push(position);
+                }
+            }
+            let mut edits = Edits::default();
+            if std::mem::take(&mut is_first) {
+                columns.edit_header(&block.bytes, &mut edits);
+            }
+            for (point, uv) in points.into_iter().zip(uvs(&positions)?) {
+                columns.edit(&block.bytes, point, uv, &mut edits);
+            }
+            edits.apply(&block.bytes, out)?;
+        }
+        Ok(())
+    }
+
+    fn write_ply(
+        &self,
+        records: &ply::Records,
+        uvs: &mut dyn FnMut(&[[f64; 3]]) -> Result<Vec<[f32; 2]>, WriteFault>,
+        out: &mut dyn Write,
+    ) -> Result<(), Stop> {
+        let open = || {
+            let mut file = BufReader::new(File::open(&self.path)?);
+            file.seek(SeekFrom::Start(records.start()))?;
+            Ok::<_, io::Error>(file)
+        };
+        let mut file = open().map_err(ReadFault::from)?;
+        records.write_header(out)?;
+        let mut done = 0;
+        while done < records.count {
+            let count = (records.count - done).min(POINTS as u64) as usize;
+            let block = records.read(count, &mut file).map_err(ReadFault::from)?;
+            let positions = records.positions(&block, done as usize);
+            let positions = positions.map_err(ReadFault::from)?;
+            block.write(uvs(&positions)?, out)?;
+            done += count as u64;
+        }
+        // What a file has beyond its points stays.
+        io::copy(&mut file, out)?;
+        Ok(())
+    }
+}
+
+/// Why writing stopped.
+enum Stop {
+    Read(ReadFault),
+    Write(WriteFault),
+}
+
+impl From<ReadFault> for Stop {
+    fn from(fault: ReadFault) -> Self {
+        Self::Read(fault)
+    }
+}
+
+impl From<WriteFault> for Stop {
+    fn from(fault: WriteFault) -> Self {
+        Self::Write(fault)
+    }
+}
+
+impl From<io::Error> for Stop {
+    fn from(error: io::Error) -> Self {
+        Self::Write(error.into())
+    }
+}
+
+fn at(path: &Path, fault: ReadFault) -> ReadError {
+    ReadError {
+        path: path.to_owned(),
+        fault,
+    }
+}
+
+fn open(path: &Path) -> Result<Option<Cloud>, ReadFault> {
+    let metadata = std::fs::metadata(path)?;
+    if !metadata.is_file() {
+        return Ok(None);
+    }
+    match detect::format_of(path)? {
+        Format::Ply => {
+            let mut file = File::open(path)?;
+            Ok(ply::Records::open(&mut file, metadata.len())?.map(Cloud::Ply))
+        }
+        Format::Xyz => {
+            let mut reader = xyz::Reader::default();
+            for block in TextBlocks::open(path)? {
+                let block = block?;
+                for line in block.lines() {
+                    reader.line(&block.bytes, &line)?;
+                }
+            }
+            let columns = reader.finish().ok_or(SurfaceError::NoVertices)?;
+            Ok(Some(Cloud::Xyz(columns)))
+        }
+        _ => Ok(None),
+    }
+}
+
+/// Whole lines of a text.
+struct TextBlock {
+    bytes: Vec<u8>,
+    /// Lines before the first.
+    before: usize,
+}
+
+impl TextBlock {
+    fn lines(&self) -> impl Iterator<Item = Line> {
+        lines(&self.bytes).map(|line| Line {
+            number: self.before + line.number,
+            ..line
+        })
+    }
+}
+
+/// A text in pieces that end where lines end.
+struct TextBlocks {
+    file: File,
+    /// What is read of the next piece.
+    rest: Vec<u8>,
+    lines: usize,
+    ended: bool,
+}
+
+impl TextBlocks {
+    fn open(path: &Path) -> io::Result<Self> {
+        Ok(Self {
+            file: File::open(path)?,
+            rest: Vec::new(),
+            lines: 0,
+            ended: false,
+        })
+    }
+
+    fn read(&mut self) -> io::Result<Option<TextBlock>> {
+        let mut bytes = std::mem::take(&mut self.rest);
+        let mut end = None;
+        while end.is_none() && !self.ended {
+            let mut more = Read::by_ref(&mut self.file).take(BYTES as u64);
+            self.ended = more.read_to_end(&mut bytes)? == 0;
+            end = last_line_end(&bytes);
+        }
+        if !self.ended
+            && let Some(end) = end
+        {
+            self.rest = bytes.split_off(end);
+        }
+        if bytes.is_empty() {
+            return Ok(None);
+        }
+        let block = TextBlock {
+            bytes,
+            before: self.lines,
+        };
+        self.lines += lines(&block.bytes).count();
+        Ok(Some(block))
+    }
+}
+
+impl Iterator for TextBlocks {
+    type Item = io::Result<TextBlock>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.read().transpose()
+    }
+}
+
+/// Where the last line ends that is known to have ended: after `\r`, a `\n` may be to come.
+fn last_line_end(bytes: &[u8]) -> Option<usize> {
+    let known = &bytes[..bytes.len().saturating_sub(1)];
+    let end = known
+        .iter()
+        .rposition(|b| *b == b'\r')
+        .map(|at| match bytes.get(at + 1) {
+            Some(b'\n') => at + 2,
+            _ => at + 1,
+        });
+    let newline = bytes.iter().rposition(|b| *b == b'\n').map(|at| at + 1);
+    end.max(newline)
+}
