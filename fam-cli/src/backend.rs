@@ -1,22 +1,26 @@
 //! The concrete backends: which are compiled in, which is chosen, and calling into one.
 
-use std::sync::Arc;
-
 use burn::tensor::backend::AutodiffBackend;
 use burn_autodiff::Autodiff;
-use fam_core::evaluation::Evaluation;
-#[cfg(feature = "wgpu")]
-use fam_core::evaluation::Plain;
-#[cfg(any(feature = "flex", feature = "ndarray"))]
-use fam_core::evaluation::Tiled;
+use fam_core::training::Strategies;
 
 use crate::args::BackendName;
-#[cfg(not(all(feature = "flex", feature = "ndarray", feature = "wgpu")))]
+#[cfg(not(all(
+    feature = "flex",
+    feature = "ndarray",
+    feature = "wgpu",
+    feature = "cuda"
+)))]
 use crate::args::name_of;
 use crate::failure::Failure;
 
-#[cfg(not(any(feature = "flex", feature = "ndarray", feature = "wgpu")))]
-compile_error!("fam needs at least one backend: enable the feature flex, ndarray or wgpu");
+#[cfg(not(any(
+    feature = "flex",
+    feature = "ndarray",
+    feature = "wgpu",
+    feature = "cuda"
+)))]
+compile_error!("fam needs at least one backend: enable the feature flex, ndarray, wgpu or cuda");
 
 /// A backend to compute on.
 #[derive(Debug, Clone)]
@@ -33,18 +37,18 @@ pub enum Backend {
         device: burn_wgpu::WgpuDevice,
         adapter: String,
     },
+    /// A GPU of NVIDIA's, by burn-cuda.
+    #[cfg(feature = "cuda")]
+    Cuda,
 }
 
 /// A computation that runs on any backend.
 pub trait Job {
     type Output;
 
-    /// Runs on a device; MLPs that are trained are to be evaluated by `evaluation`.
-    fn run<B: AutodiffBackend>(
-        self,
-        device: &B::Device,
-        evaluation: Arc<dyn Evaluation<B>>,
-    ) -> Self::Output;
+    /// Runs on a device; what trains there takes these strategies.
+    fn run<B: AutodiffBackend>(self, device: &B::Device, strategies: Strategies<B>)
+    -> Self::Output;
 }
 
 impl Backend {
@@ -60,7 +64,16 @@ impl Backend {
             BackendName::Wgpu => adapters::best(|_| true).ok_or_else(|| {
                 Failure::input("wgpu finds no graphics adapter; --backend auto runs on the CPU")
             }),
-            #[cfg(not(all(feature = "flex", feature = "ndarray", feature = "wgpu")))]
+            #[cfg(feature = "cuda")]
+            BackendName::Cuda => cuda().ok_or_else(|| {
+                Failure::input("CUDA finds no device; --backend auto takes another")
+            }),
+            #[cfg(not(all(
+                feature = "flex",
+                feature = "ndarray",
+                feature = "wgpu",
+                feature = "cuda"
+            )))]
             missing => Err(Failure::input(format!(
                 "the backend {} is not compiled in",
                 name_of(missing)
@@ -72,16 +85,20 @@ impl Backend {
     pub fn run<J: Job>(&self, job: J) -> J::Output {
         match self {
             #[cfg(feature = "flex")]
-            Self::Flex => job
-                .run::<Autodiff<burn_flex::Flex>>(&Default::default(), Arc::new(Tiled::default())),
+            Self::Flex => {
+                job.run::<Autodiff<burn_flex::Flex>>(&Default::default(), Strategies::tiled())
+            }
             #[cfg(feature = "ndarray")]
-            Self::Ndarray => job.run::<Autodiff<burn_ndarray::NdArray>>(
-                &Default::default(),
-                Arc::new(Tiled::default()),
-            ),
+            Self::Ndarray => {
+                job.run::<Autodiff<burn_ndarray::NdArray>>(&Default::default(), Strategies::tiled())
+            }
             #[cfg(feature = "wgpu")]
             Self::Wgpu { device, .. } => {
-                job.run::<Autodiff<burn_wgpu::Wgpu>>(device, Arc::new(Plain))
+                job.run::<Autodiff<burn_wgpu::Wgpu>>(device, Strategies::on_device())
+            }
+            #[cfg(feature = "cuda")]
+            Self::Cuda => {
+                job.run::<Autodiff<burn_cuda::Cuda>>(&Default::default(), Strategies::on_device())
             }
         }
     }
@@ -95,6 +112,8 @@ impl Backend {
             Self::Ndarray => "ndarray",
             #[cfg(feature = "wgpu")]
             Self::Wgpu { .. } => "wgpu",
+            #[cfg(feature = "cuda")]
+            Self::Cuda => "cuda",
         }
     }
 }
@@ -108,18 +127,36 @@ impl std::fmt::Display for Backend {
             Self::Ndarray => f.write_str("ndarray (CPU)"),
             #[cfg(feature = "wgpu")]
             Self::Wgpu { adapter, .. } => write!(f, "wgpu ({adapter})"),
+            #[cfg(feature = "cuda")]
+            Self::Cuda => f.write_str("cuda"),
         }
     }
 }
 
 /// A real GPU if there is one, else the CPU.
 fn auto() -> Result<Backend, Failure> {
+    #[cfg(feature = "cuda")]
+    if let Some(backend) = cuda() {
+        return Ok(backend);
+    }
     #[cfg(feature = "wgpu")]
     if let Some(backend) = adapters::best(adapters::Kind::is_gpu) {
         return Ok(backend);
     }
     let flex = Backend::choose(BackendName::Flex);
     flex.or_else(|_| Backend::choose(BackendName::Ndarray))
+}
+
+/// The first CUDA device.
+#[cfg(feature = "cuda")]
+pub fn cuda() -> Option<Backend> {
+    use burn::tensor::backend::Backend as _;
+    // Without the driver's library, asking for devices panics.
+    let hook = std::panic::take_hook();
+    std::panic::set_hook(Box::new(|_| {}));
+    let count = std::panic::catch_unwind(|| burn_cuda::Cuda::<f32, i32>::device_count(0));
+    std::panic::set_hook(hook);
+    (count.unwrap_or(0) > 0).then_some(Backend::Cuda)
 }
 
 /// The graphics adapters that wgpu finds.

@@ -78,6 +78,9 @@ pub fn resolve(arguments: &Unwrap) -> Result<Config, Failure> {
     if let Some(iterations) = arguments.iterations {
         config.iterations = iterations;
     }
+    if let Some(starts) = arguments.starts {
+        config.starts = starts;
+    }
     if let Some(seed) = arguments.seed {
         config.seed = seed;
     }

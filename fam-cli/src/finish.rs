@@ -1,7 +1,6 @@
 //! From the raw map of a surface to the UVs that are written.
 
 use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use fam_core::finish::{
     FinishConfig, FinishProgress, FinishedAtlas, FinishedCloud, Guidance, Unfinished, finish,
@@ -11,6 +10,7 @@ use fam_core::seams::{SeamRule, SeamThreshold, Seams};
 use fam_core::surface::{Components, PointCloud, Surface, SurfaceError, UvMap};
 use fam_io::Uvs;
 
+use crate::budget::Stop;
 use crate::config::{FinishMode, Finishing};
 use crate::failure::Failure;
 use crate::flatten::Flattened;
@@ -27,7 +27,7 @@ pub struct Finish<'a> {
     pub marked: &'a Marked,
     pub seam_rule: SeamRule,
     pub quiet: bool,
-    pub stop: &'a AtomicBool,
+    pub stop: Stop<'a>,
 }
 
 /// The UVs of a surface and where they cut it.
@@ -132,7 +132,7 @@ impl Finish<'_> {
     fn finished(&self, outcome: Outcome) -> Finished {
         Finished {
             config: self.settings.config.clone(),
-            stopped: self.stop.load(Ordering::Relaxed),
+            stopped: self.stop.now(),
             marks: None,
             outcome,
         }
@@ -151,11 +151,11 @@ fn left(flattened: &Flattened, uvs: Uvs) -> Layout {
 /// Finishing that the user sees and can stop.
 pub struct Watched<'a> {
     progress: FinishingProgress,
-    stop: &'a AtomicBool,
+    stop: Stop<'a>,
 }
 
 impl<'a> Watched<'a> {
-    pub fn new(quiet: bool, stop: &'a AtomicBool) -> Self {
+    pub fn new(quiet: bool, stop: Stop<'a>) -> Self {
         Self {
             progress: FinishingProgress::new(quiet),
             stop,
@@ -181,7 +181,7 @@ impl<'a> Watched<'a> {
 
     fn observe(&mut self, now: FinishProgress) -> ControlFlow<()> {
         self.progress.show(&now);
-        match self.stop.load(Ordering::Relaxed) {
+        match self.stop.now() {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         }

@@ -1,15 +1,13 @@
 //! Training on the chosen backend.
 
 use std::ops::ControlFlow;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use burn::tensor::backend::AutodiffBackend;
 use fam_core::atlas::{self, Division, Part};
-use fam_core::evaluation::Evaluation;
 use fam_core::seams::{SeamRule, SeamThreshold, Seams};
 use fam_core::surface::{Components, Surface};
-use fam_core::training::TrainingConfig;
+use fam_core::training::{Strategies, TrainingConfig};
 
 use crate::backend::Job;
 use crate::failure::Failure;
@@ -48,19 +46,19 @@ impl Job for Flatten<'_> {
     fn run<B: AutodiffBackend>(
         self,
         device: &B::Device,
-        evaluation: Arc<dyn Evaluation<B>>,
+        strategies: Strategies<B>,
     ) -> Self::Output {
         let division = Division {
             labels: &self.parting.labels,
             squares: &self.parting.squares,
         };
-        let mut progress = TrainingProgress::new(self.quiet, self.config.iterations);
+        let mut progress = TrainingProgress::new(self.quiet, self.config.steps());
         let flattened = atlas::flatten::<B>(
             self.config,
             self.surface,
             division,
             device,
-            evaluation,
+            strategies,
             |now| {
                 progress.step(&now);
                 if self.stop.load(Ordering::Relaxed) {

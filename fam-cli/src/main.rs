@@ -3,6 +3,7 @@
 mod args;
 mod backend;
 mod batch;
+mod budget;
 mod commands;
 mod config;
 mod failure;

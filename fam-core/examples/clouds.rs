@@ -7,11 +7,10 @@ use std::time::Instant;
 
 use burn_autodiff::Autodiff;
 use burn_ndarray::NdArray;
-use fam_core::evaluation::Tiled;
 use fam_core::finish::{FinishConfig, finish_cloud};
 use fam_core::metrics::Metrics;
 use fam_core::surface::{PointCloud, Surface, SurfaceError, TriangleMesh, UvMap, shapes};
-use fam_core::training::{TrainingConfig, train};
+use fam_core::training::{Strategies, TrainingConfig, train};
 
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
@@ -34,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             config,
             &cloud,
             &Default::default(),
-            Tiled::default(),
+            Strategies::tiled(),
             going,
         )?;
         let training = before.elapsed().as_secs_f64();

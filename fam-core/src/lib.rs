@@ -24,15 +24,14 @@
 //!
 //! use burn_autodiff::Autodiff;
 //! use burn_ndarray::NdArray;
-//! use fam_core::evaluation::Tiled;
 //! use fam_core::surface::{Surface, shapes};
-//! use fam_core::training::{TrainingConfig, train};
+//! use fam_core::training::{Strategies, TrainingConfig, train};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let surface = Surface::Mesh(shapes::torus(1.0, 0.4, 80, 40));
 //! let config = TrainingConfig::fast();
 //! let device = Default::default();
-//! let map = train::<Autodiff<NdArray>>(config, &surface, &device, Tiled::default(), |step| {
+//! let map = train::<Autodiff<NdArray>>(config, &surface, &device, Strategies::tiled(), |step| {
 //!     println!("{}: {}", step.iteration, step.total);
 //!     ControlFlow::Continue(())
 //! })?;

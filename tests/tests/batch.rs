@@ -263,7 +263,10 @@ fn materials_get_a_square_each_if_asked() {
         let written = read_surface(folder.path().join(out).join("scene.obj")).unwrap();
         let map = written.uv_map().unwrap();
         let sheet = (192..196).flat_map(|t| map.corners(t));
-        sheet.map(|uv| uv[0]).fold(0.0, f32::max)
+        let (low, high) = sheet
+            .map(|uv| uv[0])
+            .fold((1.0f32, 0.0f32), |(low, high), u| (low.min(u), high.max(u)));
+        high - low
     };
     let raw = ["scene.obj", "-q", "--finish", "none"];
     succeeds(folder.path(), &brief(&[&raw[..], &["-o", "one"]].concat()));

@@ -212,3 +212,33 @@ fn real_models_work_or_are_refused_in_one_line() {
     println!("{flattened} flattened, refused: {refused:?}");
     assert!(flattened > 30);
 }
+
+/// A cloud in the format that it has goes through in pieces, in another one as a whole.
+#[test]
+fn map_gives_a_cloud_the_same_uvs_in_any_format() {
+    let folder = tempfile::tempdir().unwrap();
+    succeeds(folder.path(), &brief(&["-q", "--finish", "none"]));
+    let points: String = (0..200)
+        .map(|i| format!("{} 0.1 {}\n", f64::from(i) / 100.0, 0.4))
+        .collect();
+    fs::write(folder.path().join("points.xyz"), points).unwrap();
+    for out in ["same.xyz", "other.ply"] {
+        let model = "sample.fam/model.safetensors";
+        succeeds(
+            folder.path(),
+            &["map", "--model", model, "points.xyz", "-o", out],
+        );
+    }
+    let uvs = |name: &str| {
+        let document = fam_io::read_surface(folder.path().join(name)).unwrap();
+        document.point_uvs().unwrap().to_vec()
+    };
+    assert_eq!(uvs("same.xyz").len(), 200);
+    assert_eq!(uvs("same.xyz"), uvs("other.ply"));
+
+    fs::write(folder.path().join("broken.xyz"), "0 0 0\n1 0\n").unwrap();
+    let model = "sample.fam/model.safetensors";
+    let broken = ["map", "--model", model, "broken.xyz", "-o", "broken-uv.xyz"];
+    refuses(folder.path(), &broken, &["broken.xyz", "line 2"]);
+    assert!(!folder.path().join("broken-uv.xyz").exists());
+}

@@ -20,6 +20,7 @@ pub enum BackendName {
     Flex,
     Ndarray,
     Wgpu,
+    Cuda,
 }
 
 /// How the command line calls a value.

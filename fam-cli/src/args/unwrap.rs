@@ -80,6 +80,19 @@ pub struct Unwrap {
     #[arg(long, value_name = "N")]
     pub iterations: Option<usize>,
 
+    /// Plan training, and stop refining the layout, so that a file takes about so long: `30s`, `2m`
+    ///
+    /// Some steps are measured first, on which the number of iterations depends; config.toml has
+    /// it, and gives the same map again. Training takes at least 50 iterations, and the
+    /// paper's 10,000 at most.
+    #[arg(long, value_name = "TIME", value_parser = crate::budget::duration, conflicts_with = "iterations")]
+    pub time_budget: Option<std::time::Duration>,
+
+    /// Fresh weights to start from; once they have opened the surface (15 % of the iterations), only
+    /// the best go on
+    #[arg(long, value_name = "N")]
+    pub starts: Option<usize>,
+
     /// Seed; the same seed on the same CPU gives the same files
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
@@ -194,6 +207,8 @@ impl Default for Unwrap {
             backend: BackendName::Auto,
             points: None,
             iterations: None,
+            time_budget: None,
+            starts: None,
             seed: None,
             jacobian: None,
             objective: None,

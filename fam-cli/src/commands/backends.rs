@@ -25,6 +25,11 @@ pub fn backends() -> Result<ExitCode, Failure> {
             );
         }
     }
+    #[cfg(feature = "cuda")]
+    match crate::backend::cuda() {
+        Some(_) => println!("cuda     the first device"),
+        None => println!("cuda     no device found"),
+    }
     println!("auto     takes {}", Backend::choose(BackendName::Auto)?);
     Ok(ExitCode::SUCCESS)
 }

@@ -1,11 +1,11 @@
+use std::path::Path;
 use std::process::ExitCode;
-use std::sync::Arc;
 
 use burn::tensor::backend::AutodiffBackend;
 use fam_core::atlas::Atlas;
-use fam_core::evaluation::Evaluation;
 use fam_core::surface::Surface;
-use fam_io::{Uvs, WriteFault, WriteOptions};
+use fam_core::training::Strategies;
+use fam_io::{CloudStream, Format, StreamError, Uvs, WriteFault, WriteOptions};
 
 use crate::args;
 use crate::backend::{Backend, Job};
@@ -16,8 +16,25 @@ use crate::surface::Parting;
 pub fn map(arguments: &args::Map) -> Result<ExitCode, Failure> {
     let fail = |reason: String| Failure::input(format!("{}: {reason}", arguments.model.display()));
     let model = std::fs::read(&arguments.model).map_err(|error| fail(error.to_string()))?;
-    let document = fam_io::read_surface(&arguments.input).map_err(Failure::input)?;
     let backend = Backend::choose(arguments.backend)?;
+    let stream = CloudStream::open(&arguments.input).map_err(Failure::input)?;
+    let format = Format::of_path(&arguments.out);
+    if let Some(cloud) = stream.filter(|cloud| format.is_none_or(|f| f == cloud.format())) {
+        let out = &arguments.out;
+        let copied = backend
+            .run(Stream {
+                model: &model,
+                cloud,
+                out,
+            })
+            .map_err(fail)?;
+        return match copied {
+            Ok(()) => Ok(ExitCode::SUCCESS),
+            Err(StreamError::Read(error)) => Err(Failure::input(error)),
+            Err(StreamError::Write(error)) => Err(Failure::work(error)),
+        };
+    }
+    let document = fam_io::read_surface(&arguments.input).map_err(Failure::input)?;
     let parting = Parting::of(document.labels(), arguments.per_material);
     let uvs = backend
         .run(Evaluate {
@@ -40,6 +57,23 @@ pub fn map(arguments: &args::Map) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// A cloud of any size, in the format that it has.
+struct Stream<'a> {
+    model: &'a [u8],
+    cloud: CloudStream,
+    out: &'a Path,
+}
+
+impl Job for Stream<'_> {
+    type Output = Result<Result<(), StreamError>, String>;
+
+    fn run<B: AutodiffBackend>(self, device: &B::Device, _: Strategies<B>) -> Self::Output {
+        let atlas = Atlas::<B::InnerBackend>::from_safetensors(self.model, device)
+            .map_err(|error| error.to_string())?;
+        Ok(self.cloud.write_uvs(self.out, |points| atlas.uvs(points)))
+    }
+}
+
 struct Evaluate<'a> {
     model: &'a [u8],
     surface: &'a Surface,
@@ -49,11 +83,7 @@ struct Evaluate<'a> {
 impl Job for Evaluate<'_> {
     type Output = Result<Uvs, String>;
 
-    fn run<B: AutodiffBackend>(
-        self,
-        device: &B::Device,
-        _: Arc<dyn Evaluation<B>>,
-    ) -> Self::Output {
+    fn run<B: AutodiffBackend>(self, device: &B::Device, _: Strategies<B>) -> Self::Output {
         let atlas = Atlas::<B::InnerBackend>::from_safetensors(self.model, device)
             .map_err(|error| error.to_string())?;
         Ok(match self.surface {

@@ -11,29 +11,33 @@ const PLAIN_LINES: usize = 20;
 /// Shows training steps.
 pub struct TrainingProgress {
     display: Display,
-    iterations: usize,
+    steps: usize,
     started: Instant,
     /// Points that the steps so far have seen, over all components.
     seen: usize,
+    /// Steps so far, over all components.
+    done: usize,
 }
 
 impl TrainingProgress {
-    /// Progress of components of `iterations` steps each.
-    pub fn new(quiet: bool, iterations: usize) -> Self {
+    /// Progress of components of so many steps each.
+    pub fn new(quiet: bool, steps: usize) -> Self {
         let template = "{bar:24} {pos}/{len}  {msg}  {eta} left";
         Self {
             display: Display::new(quiet, template),
-            iterations,
+            steps,
             started: Instant::now(),
             seen: 0,
+            done: 0,
         }
     }
 
-    /// After each step.
+    /// After a step.
     pub fn step(&mut self, now: &atlas::Progress) {
-        self.seen += now.points;
-        let total = now.components * self.iterations;
-        let done = now.component * self.iterations + now.step.iteration + 1;
+        let total = now.components * self.steps;
+        let done = now.component * self.steps + now.step.before + 1;
+        let before = std::mem::replace(&mut self.done, done);
+        self.seen += (done - before) * now.points;
         match &self.display {
             Display::Silent => {}
             Display::Bar(bar) => {
@@ -43,7 +47,7 @@ impl TrainingProgress {
             }
             Display::Lines => {
                 let every = total.div_ceil(PLAIN_LINES);
-                if done == 1 || done.is_multiple_of(every) || done == total {
+                if before == 0 || done / every > before / every || done == total {
                     let left = self
                         .started
                         .elapsed()

@@ -1,5 +1,4 @@
 use std::ops::ControlFlow;
-use std::sync::Arc;
 
 use burn::tensor::backend::{AutodiffBackend, Backend};
 use rand::SeedableRng;
@@ -7,12 +6,10 @@ use rand_pcg::Pcg64;
 
 use super::layout::{side_by_side, texel_density};
 use super::{Atlas, Chart, ComponentMap, Placement, Projection};
-use crate::evaluation::Evaluation;
-use crate::neighbors::KdTree;
 use crate::sampling::poisson_disk;
 use crate::seams::{SeamRule, SeamThreshold, Seams};
 use crate::surface::{Component, Components, Surface, SurfaceError, TriangleMesh};
-use crate::training::{Step, Trainer, TrainingConfig, TrainingError};
+use crate::training::{Step, Strategies, Trainer, TrainingConfig, TrainingError};
 
 /// Points of a component that tell it from the others when other points are mapped.
 const LANDMARKS: usize = 256;
@@ -76,9 +73,9 @@ pub struct Flattened<B: Backend> {
 /// Flattens a surface: every component on its own, all in the unit square (one for each of
 /// `division.squares`) at one texel density, their bounding boxes apart.
 ///
-/// Components share the configured number of points by their area. `evaluation` computes the
-/// networks, one component after the other. `observe` is called after
-/// every step; after it breaks off, the components that are left get a single step each.
+/// Components share the configured number of points by their area, and are trained one after the
+/// other. `observe` is called after every step that is read; after it breaks off, the components
+/// that are left are trained until the first of theirs.
 ///
 /// # Errors
 /// The surface or the configuration cannot be trained on. A component whose training diverges
@@ -88,7 +85,7 @@ pub fn flatten<B: AutodiffBackend>(
     surface: &Surface,
     division: Division,
     device: &B::Device,
-    evaluation: Arc<dyn Evaluation<B>>,
+    strategies: Strategies<B>,
     observe: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Flattened<B::InnerBackend>, TrainingError> {
     if let Some(problem) = config.problem() {
@@ -96,12 +93,12 @@ pub fn flatten<B: AutodiffBackend>(
     }
     surface.normalization()?;
     match surface {
-        Surface::Mesh(mesh) => flatten_mesh(config, mesh, division, device, evaluation, observe),
+        Surface::Mesh(mesh) => flatten_mesh(config, mesh, division, device, strategies, observe),
         Surface::PointCloud(_) => {
             let mut job = Job::<B, _> {
                 config,
                 device,
-                evaluation,
+                strategies,
                 observe,
                 components: 1,
                 started: 0,
@@ -132,7 +129,7 @@ fn flatten_mesh<B: AutodiffBackend>(
     mesh: &TriangleMesh,
     division: Division,
     device: &B::Device,
-    evaluation: Arc<dyn Evaluation<B>>,
+    strategies: Strategies<B>,
     observe: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Flattened<B::InnerBackend>, TrainingError> {
     if mesh.triangles().len() == 1 {
@@ -157,7 +154,7 @@ fn flatten_mesh<B: AutodiffBackend>(
     let mut job = Job::<B, _> {
         config,
         device,
-        evaluation,
+        strategies,
         observe,
         components: trained().count(),
         started: 0,
@@ -267,7 +264,7 @@ impl Part {
 struct Job<'a, B: AutodiffBackend, F> {
     config: &'a TrainingConfig,
     device: &'a B::Device,
-    evaluation: Arc<dyn Evaluation<B>>,
+    strategies: Strategies<B>,
     observe: F,
     components: usize,
     started: usize,
@@ -284,36 +281,24 @@ impl<B: AutodiffBackend, F: FnMut(Progress) -> ControlFlow<()>> Job<'_, B, F> {
             points,
             ..self.config.clone()
         };
-        let mut trainer = Trainer::<B>::with_strategies(
-            config,
-            surface,
-            self.device,
-            Arc::new(KdTree),
-            self.evaluation.clone(),
-        )?;
+        let strategies = self.strategies.clone();
+        let mut trainer = Trainer::<B>::with_strategies(config, surface, self.device, strategies)?;
         let points = trainer.points();
-        let (mut last, mut error) = (None, None);
-        for _ in 0..self.config.iterations {
-            match trainer.step() {
-                Ok(step) => {
-                    let progress = Progress {
-                        component: self.started,
-                        components: self.components,
-                        points,
-                        step: &step,
-                    };
-                    self.stopped |= (self.observe)(progress).is_break();
-                    last = Some(step);
-                }
-                Err(stop) => {
-                    error = Some(stop);
-                    break;
-                }
+        let mut last = None;
+        let outcome = trainer.run(|step| {
+            let progress = Progress {
+                component: self.started,
+                components: self.components,
+                points,
+                step,
+            };
+            self.stopped |= (self.observe)(progress).is_break();
+            last = Some(step.clone());
+            match self.stopped {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
             }
-            if self.stopped {
-                break;
-            }
-        }
+        });
         self.started += 1;
         let sample = trainer.sample().points;
         let (map, last_step) = trainer.finish(surface);
@@ -321,7 +306,7 @@ impl<B: AutodiffBackend, F: FnMut(Progress) -> ControlFlow<()>> Job<'_, B, F> {
         let part = Part {
             points,
             last,
-            error: error.or(last_step.err()),
+            error: outcome.err().or(last_step.err()),
             sample,
         };
         Ok((ComponentMap::Trained(Box::new(map)), part))

@@ -4,10 +4,14 @@
 //! the device can take the place of the k-d tree on the host. Neighbours are constants for
 //! the gradient.
 
+#[cfg(feature = "cube")]
+mod brute_force;
 mod kd_tree;
 
 use burn::tensor::{Int, Tensor, backend::Backend};
 
+#[cfg(feature = "cube")]
+pub use brute_force::{BruteForce, BruteForceBackend};
 pub(crate) use kd_tree::rows;
 pub use kd_tree::{KdTree, nearest, nearest_others};
 

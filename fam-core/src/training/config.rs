@@ -5,11 +5,28 @@ use crate::losses::{LossWeights, Objective};
 use crate::networks::FlattenAnythingConfig;
 use crate::sampling::Sampling;
 
+use super::OptimizerKind;
+
 /// A hundred times the paper's; each point takes part in every matrix of the networks.
 const MAX_POINTS: usize = 1_000_000;
 
 /// Sixteen times the paper's; memory grows with its square.
 const MAX_WIDTH: usize = 8_192;
+
+/// More would take longer than training itself several times over.
+const MAX_STARTS: usize = 64;
+
+/// What is left of the weight of ℓ_wrap when the surface is open. Until then it leads: with a third
+/// from the beginning, surfaces open badly. After that it stands in the way of the other terms.
+const WRAP_AFTER_OPENING: f64 = 0.1;
+
+/// Share of the iterations in which it falls there, geometrically.
+const WRAP_FALL: f64 = 0.2;
+
+/// The number of starts of configurations that name none.
+fn one() -> usize {
+    1
+}
 
 /// What the paper's ablations leave out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -32,8 +49,17 @@ pub enum Ablation {
 pub struct TrainingConfig {
     /// Points N per iteration, and (rounded up to a square) lattice points.
     pub points: usize,
-    /// Optimiser steps.
+    /// Optimiser steps of the map that is kept; see [`steps`](Self::steps) for all.
     pub iterations: usize,
+    /// Share of the iterations that open the surface, in 0 … 1. In them, ℓ_flat has no part; after
+    /// them ℓ_wrap falls to a tenth of its weight ([`weights_at`](Self::weights_at)). With 0,
+    /// weights are the same all the time.
+    #[serde(default)]
+    pub opening: f64,
+    /// Fresh weights that training starts from, one after the other; after the opening, only
+    /// those with the smallest loss go on.
+    #[serde(default = "one")]
+    pub starts: usize,
     /// Seed of everything random: weights, sampling.
     pub seed: u64,
     /// Where the points of a mesh come from.
@@ -46,11 +72,14 @@ pub struct TrainingConfig {
     pub objective: Objective,
     /// What is left out.
     pub without: Ablation,
+    /// What makes steps of gradients.
+    #[serde(default)]
+    pub optimizer: OptimizerKind,
     /// Learning rate of the first iteration.
     pub learning_rate: f64,
     /// Learning rate of the last iteration, reached along a cosine.
     pub final_learning_rate: f64,
-    /// Decoupled weight decay of AdamW.
+    /// Decoupled weight decay.
     pub weight_decay: f32,
     /// Widths of the networks.
     pub networks: FlattenAnythingConfig,
@@ -70,12 +99,15 @@ impl TrainingConfig {
         Self {
             points: 10_000,
             iterations: 10_000,
+            opening: 0.0,
+            starts: 1,
             seed: 0,
             sampling: Sampling::PoissonDisk,
             normals: true,
             jacobian: JacobianMode::DoubleBackward,
             objective: Objective::Paper,
             without: Ablation::None,
+            optimizer: OptimizerKind::AdamW,
             learning_rate: 1e-3,
             final_learning_rate: 1e-5,
             weight_decay: 1e-8,
@@ -86,15 +118,17 @@ impl TrainingConfig {
 
     /// A small model and a short schedule: half a minute on a CPU of two cores.
     ///
-    /// So few steps want larger ones: with the paper's learning rate, the same schedule ends at
-    /// a third more conformality error. ℓ_flat, which the paper does not have, takes away a fifth
-    /// of the error; at four times its weight surfaces fold, and the error is larger again
-    /// (docs/performance.md).
+    /// So few steps want larger ones, by an optimiser that makes more of each. Four starts open
+    /// the surface, and the one with the smallest loss goes on. Only then does ℓ_flat set in, which
+    /// the paper does not have, and ℓ_wrap steps back. docs/performance.md has what each is worth.
     pub fn fast() -> Self {
         Self {
             points: 1_000,
             iterations: 1_000,
+            opening: 0.15,
+            starts: 4,
             jacobian: JacobianMode::ForwardTangent,
+            optimizer: OptimizerKind::Soap,
             learning_rate: 5e-3,
             networks: FlattenAnythingConfig::new().with_width(64),
             weights: LossWeights {
@@ -103,6 +137,31 @@ impl TrainingConfig {
             },
             ..Self::paper()
         }
+    }
+
+    /// Iterations that open the surface.
+    pub fn opening_iterations(&self) -> usize {
+        (self.iterations as f64 * self.opening).ceil() as usize
+    }
+
+    /// Optimiser steps in all: those of the starts that are dropped included.
+    pub fn steps(&self) -> usize {
+        self.iterations + self.starts.saturating_sub(1) * self.opening_iterations()
+    }
+
+    /// The weights that an iteration (zero-based) minimises.
+    pub fn weights_at(&self, iteration: usize) -> LossWeights {
+        let mut weights = self.weights.clone();
+        if self.opening == 0.0 {
+            return weights;
+        }
+        if iteration < self.opening_iterations() {
+            weights.flattening = 0.0;
+        }
+        let share = iteration as f64 / self.iterations as f64;
+        let fallen = ((share - self.opening) / WRAP_FALL).clamp(0.0, 1.0);
+        weights.wrap *= WRAP_AFTER_OPENING.powf(fallen);
+        weights
     }
 
     /// What keeps this configuration from being trained, if anything: a message that names
@@ -123,6 +182,12 @@ impl TrainingConfig {
             Some("points must lie in 16..=1000000")
         } else if self.iterations == 0 {
             Some("iterations must be at least 1")
+        } else if !(0.0..=1.0).contains(&self.opening) {
+            Some("opening must lie in 0..=1")
+        } else if self.starts > 1 && self.opening == 0.0 {
+            Some("several starts need an opening above 0, after which they are compared")
+        } else if !(1..=MAX_STARTS).contains(&self.starts) {
+            Some("starts must lie in 1..=64")
         } else if !widths.iter().all(|w| (1..=MAX_WIDTH).contains(w)) {
             Some("networks.width and networks.latent must lie in 1..=8192")
         } else if !weights.iter().all(|w| (0.0..=1e6).contains(w)) {
@@ -133,6 +198,54 @@ impl TrainingConfig {
             Some("final-learning-rate must not exceed learning-rate")
         } else {
             None
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_change_only_after_an_opening() {
+        let paper = TrainingConfig::paper();
+        assert_eq!((paper.opening_iterations(), paper.steps()), (0, 10_000));
+        for iteration in [0, 1_000, 9_999] {
+            assert_eq!(paper.weights_at(iteration), paper.weights);
+        }
+        let fast = TrainingConfig::fast();
+        assert_eq!((fast.opening_iterations(), fast.steps()), (150, 1_450));
+        let at = |iteration| fast.weights_at(iteration);
+        assert_eq!((at(149).flattening, at(149).wrap), (0.0, 1.0));
+        assert_eq!((at(150).flattening, at(150).wrap), (0.005, 1.0));
+        assert!((at(250).wrap - 0.1f64.sqrt()).abs() < 1e-9);
+        for iteration in [350, 999] {
+            assert!((at(iteration).wrap - 0.1).abs() < 1e-9);
+        }
+        assert_eq!(at(999).cycle, fast.weights.cycle);
+    }
+
+    #[test]
+    fn starts_need_an_opening_to_be_compared_after() {
+        let config = |opening: f64, starts: usize| TrainingConfig {
+            opening,
+            starts,
+            ..TrainingConfig::fast()
+        };
+        assert_eq!(config(0.0, 1).problem(), None);
+        assert_eq!(config(1.0, 64).problem(), None);
+        for (opening, starts) in [
+            (0.0, 2),
+            (0.1, 0),
+            (0.1, 65),
+            (-0.1, 1),
+            (1.1, 1),
+            (f64::NAN, 1),
+        ] {
+            assert!(
+                config(opening, starts).problem().is_some(),
+                "{opening} {starts}"
+            );
         }
     }
 }

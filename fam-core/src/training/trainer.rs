@@ -1,22 +1,19 @@
 use std::ops::ControlFlow;
-use std::sync::Arc;
 
 use burn::lr_scheduler::LrScheduler;
 use burn::lr_scheduler::cosine::{CosineAnnealingLrScheduler, CosineAnnealingLrSchedulerConfig};
 use burn::module::AutodiffModule;
-use burn::optim::adaptor::OptimizerAdaptor;
-use burn::optim::{AdamW, AdamWConfig, GradientsParams, Optimizer};
+use burn::optim::GradientsParams;
 use burn::tensor::backend::AutodiffBackend;
 use burn::tensor::{Tensor, TensorData};
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
-use super::{Ablation, TrainingConfig, turn};
+use super::optimizer::Optimizer;
+use super::{Ablation, Strategies, TrainingConfig, turn};
 use crate::cycles::lattice;
-use crate::evaluation::{Evaluation, Plain};
 use crate::losses::{LossTerm, Losses, Objective};
 use crate::map::TrainedMap;
-use crate::neighbors::{KdTree, NeighborSearch};
 use crate::networks::FlattenAnything;
 use crate::sampling::{PointSource, Sample, TangentsFrom};
 use crate::surface::{Normalization, Surface, SurfaceError};
@@ -24,9 +21,11 @@ use crate::surface::{Normalization, Surface, SurfaceError};
 /// What one iteration did.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
-    /// Zero-based iteration.
+    /// Zero-based, from its start.
     pub iteration: usize,
-    /// The weighted sum of the terms, before the step.
+    /// Steps before it, from all starts.
+    pub before: usize,
+    /// The sum of the terms by the configured weights, before the step.
     pub total: f32,
     /// The unweighted terms, before the step.
     pub terms: Vec<(LossTerm, f32)>,
@@ -55,8 +54,8 @@ pub enum TrainingError {
 
 /// Trains the model on a surface, step by step.
 ///
-/// [`Trainer::new`] takes the k-d tree on the host for nearest neighbours and plain operations
-/// for the networks, [`Trainer::with_strategies`] others.
+/// [`Trainer::new`] takes the strategies that any backend can do, [`Trainer::with_strategies`]
+/// others.
 ///
 /// Trainers on several threads take [turns](turn), step by step. These are to be threads of their
 /// own, not `rayon`'s.
@@ -69,12 +68,20 @@ pub struct Trainer<B: AutodiffBackend> {
     rng: Pcg64,
     fixed: Option<Batch<B>>,
     lattice: Tensor<B, 2>,
+    state: State<B>,
+    strategies: Strategies<B>,
+    /// Steps so far, from all starts.
+    done: usize,
+}
+
+/// What steps change.
+#[derive(Clone)]
+struct State<B: AutodiffBackend> {
     model: FlattenAnything<B>,
     last_good: FlattenAnything<B>,
-    optimizer: OptimizerAdaptor<AdamW, FlattenAnything<B>, B>,
+    optimizer: Optimizer<B>,
     schedule: CosineAnnealingLrScheduler,
-    search: Arc<dyn NeighborSearch<B>>,
-    evaluation: Arc<dyn Evaluation<B>>,
+    /// Steps from this start.
     iteration: usize,
 }
 
@@ -87,7 +94,7 @@ struct Batch<B: AutodiffBackend> {
 }
 
 impl<B: AutodiffBackend> Trainer<B> {
-    /// A trainer with fresh weights, neighbours from a k-d tree on the host and plain operations.
+    /// A trainer with fresh weights and [`Strategies::plain`].
     ///
     /// # Errors
     /// A configuration or a surface that cannot be trained on.
@@ -96,10 +103,10 @@ impl<B: AutodiffBackend> Trainer<B> {
         surface: &Surface,
         device: &B::Device,
     ) -> Result<Self, TrainingError> {
-        Self::with_strategies(config, surface, device, Arc::new(KdTree), Arc::new(Plain))
+        Self::with_strategies(config, surface, device, Strategies::plain())
     }
 
-    /// A trainer with fresh weights, a neighbour search and an evaluation of the caller's.
+    /// A trainer with fresh weights and strategies of the caller's.
     ///
     /// # Errors
     /// A configuration or a surface that cannot be trained on.
@@ -107,8 +114,7 @@ impl<B: AutodiffBackend> Trainer<B> {
         config: TrainingConfig,
         surface: &Surface,
         device: &B::Device,
-        search: Arc<dyn NeighborSearch<B>>,
-        evaluation: Arc<dyn Evaluation<B>>,
+        strategies: Strategies<B>,
     ) -> Result<Self, TrainingError> {
         if let Some(problem) = config.problem() {
             return Err(TrainingError::Config(problem));
@@ -145,18 +151,7 @@ impl<B: AutodiffBackend> Trainer<B> {
             .then(|| Batch::new(source.draw(&mut rng), config.normals, device));
         let rows = lattice(source.count()).into_flattened();
         let shape = [rows.len() / 2, 2];
-        let model = config.networks.init::<B>(device, config.seed);
-        let optimizer = AdamWConfig::new()
-            .with_weight_decay(config.weight_decay)
-            .with_epsilon(1e-8)
-            .init();
-        let schedule = CosineAnnealingLrSchedulerConfig::new(
-            config.learning_rate,
-            config.iterations.max(2) - 1,
-        )
-        .with_min_lr(config.final_learning_rate)
-        .init()
-        .map_err(|_| TrainingError::Config("learning rates must lie in (0, 1]"))?;
+        let state = State::new(&config, 0, device)?;
         Ok(Self {
             device: device.clone(),
             normalization,
@@ -164,13 +159,9 @@ impl<B: AutodiffBackend> Trainer<B> {
             rng,
             fixed,
             lattice: Tensor::from_data(TensorData::new(rows, shape), device),
-            last_good: model.clone(),
-            model,
-            optimizer,
-            schedule,
-            search,
-            evaluation,
-            iteration: 0,
+            state,
+            strategies,
+            done: 0,
             config,
         })
     }
@@ -205,18 +196,23 @@ impl<B: AutodiffBackend> Trainer<B> {
             ..
         } = self.config;
         let cut_net = without != Ablation::CutNet;
+        let model = &self.state.model;
         let deform = (without != Ablation::DeformBranch).then(|| {
             let on_g = (objective == Objective::Paper).then_some(jacobian);
-            self.model
-                .deform_branch(self.lattice.clone(), on_g, cut_net, &*self.evaluation)
+            model.deform_branch(
+                self.lattice.clone(),
+                on_g,
+                cut_net,
+                &*self.strategies.evaluation,
+            )
         });
         let unwrap = (without != Ablation::UnwrapBranch).then(|| {
-            self.model.unwrap_branch(
+            model.unwrap_branch(
                 batch.points.clone(),
                 batch.tangents.clone(),
                 jacobian,
                 cut_net,
-                &*self.evaluation,
+                &*self.strategies.evaluation,
             )
         });
         Losses::of(
@@ -225,8 +221,77 @@ impl<B: AutodiffBackend> Trainer<B> {
             batch.normals,
             deform,
             unwrap,
-            &*self.search,
+            &*self.strategies.search,
         )
+    }
+
+    /// The whole training: the opening of every start, and then the best to its end; or until
+    /// `observe` breaks off. One of [`Strategies::read_every`] steps is read and observed, and
+    /// the last of each start.
+    ///
+    /// # Errors
+    /// As [`step`](Self::step), if it happens to every start or to the best.
+    pub fn run(
+        &mut self,
+        mut observe: impl FnMut(&Step) -> ControlFlow<()>,
+    ) -> Result<(), TrainingError> {
+        if self.config.starts > 1 {
+            let opening = self.config.opening_iterations();
+            if self.best_start(opening, &mut observe)?.is_break() {
+                return Ok(());
+            }
+        }
+        let rest = self.config.iterations - self.state.iteration;
+        self.steps(rest, &mut observe).map(|_| ())
+    }
+
+    /// Takes some steps from each start and returns to the one with the smallest loss.
+    fn best_start(
+        &mut self,
+        steps: usize,
+        observe: &mut dyn FnMut(&Step) -> ControlFlow<()>,
+    ) -> Result<ControlFlow<()>, TrainingError> {
+        let mut best: Option<(f32, State<B>)> = None;
+        let mut outcome = Ok(ControlFlow::Continue(()));
+        for start in 0..self.config.starts {
+            if start > 0 {
+                self.state = State::new(&self.config, start, &self.device)?;
+            }
+            let mut loss = f32::INFINITY;
+            outcome = self.steps(steps, &mut |step| {
+                loss = step.total;
+                observe(step)
+            });
+            if outcome.is_ok() && best.as_ref().is_none_or(|(least, _)| loss < *least) {
+                best = Some((loss, self.state.clone()));
+            }
+            if outcome == Ok(ControlFlow::Break(())) {
+                break;
+            }
+        }
+        let Some((_, state)) = best else {
+            return outcome;
+        };
+        self.state = state;
+        Ok(outcome.unwrap_or(ControlFlow::Continue(())))
+    }
+
+    fn steps(
+        &mut self,
+        count: usize,
+        observe: &mut dyn FnMut(&Step) -> ControlFlow<()>,
+    ) -> Result<ControlFlow<()>, TrainingError> {
+        let every = self.strategies.read_every.max(1);
+        for done in 1..=count {
+            if done.is_multiple_of(every) || done == count {
+                if observe(&self.step()?).is_break() {
+                    return Ok(ControlFlow::Break(()));
+                }
+            } else {
+                self.step_unread();
+            }
+        }
+        Ok(ControlFlow::Continue(()))
     }
 
     /// One optimiser step. The learning rate follows its cosine for the configured number of
@@ -234,18 +299,32 @@ impl<B: AutodiffBackend> Trainer<B> {
     ///
     /// # Errors
     /// [`TrainingError::NonFiniteLoss`], after which the trainer is back at the last weights
-    /// whose losses were finite.
+    /// whose losses were read and finite.
     pub fn step(&mut self) -> Result<Step, TrainingError> {
         let _turn = turn();
         let losses = self.losses();
         let step = self.read(&losses)?;
-        self.last_good = self.model.clone();
-        let gradients = losses.total(&self.config.weights).backward();
-        let gradients = GradientsParams::from_grads(gradients, &self.model);
-        let rate = self.schedule.step();
-        self.model = self.optimizer.step(rate, self.model.clone(), gradients);
-        self.iteration += 1;
+        self.state.last_good = self.state.model.clone();
+        self.descend(losses);
         Ok(step)
+    }
+
+    /// [`step`](Self::step) without a look at the losses, and so without waiting for the device.
+    pub fn step_unread(&mut self) {
+        let _turn = turn();
+        let losses = self.losses();
+        self.descend(losses);
+    }
+
+    fn descend(&mut self, losses: Losses<B>) {
+        let weights = self.config.weights_at(self.state.iteration);
+        let gradients = losses.total(&weights).backward();
+        let state = &mut self.state;
+        let gradients = GradientsParams::from_grads(gradients, &state.model);
+        let rate = state.schedule.step();
+        state.model = state.optimizer.step(rate, state.model.clone(), gradients);
+        state.iteration += 1;
+        self.done += 1;
     }
 
     /// The trained map with the UVs of `surface` in the unit square, and whether the last step
@@ -260,7 +339,7 @@ impl<B: AutodiffBackend> Trainer<B> {
         let last_step = self.read(&losses).map(|_| ());
         drop(turn);
         let mut map = TrainedMap::new(
-            self.model.valid(),
+            self.state.model.valid(),
             self.config,
             self.source.count(),
             self.normalization,
@@ -294,17 +373,49 @@ impl<B: AutodiffBackend> Trainer<B> {
             found => found,
         };
         if let Some(&(term, value)) = broken {
-            self.model = self.last_good.clone();
+            self.state.model = self.state.last_good.clone();
             return Err(TrainingError::NonFiniteLoss {
                 term,
                 value,
-                iteration: self.iteration,
+                iteration: self.state.iteration,
             });
         }
         Ok(Step {
-            iteration: self.iteration,
+            iteration: self.state.iteration,
+            before: self.done,
             total,
             terms,
+        })
+    }
+}
+
+/// Tells the seeds of the starts from those that users count up.
+const SEED_OF_START: u64 = 0x9e37_79b9_7f4a_7c15;
+
+impl<B: AutodiffBackend> State<B> {
+    /// Fresh weights; the first start has the configured seed.
+    fn new(
+        config: &TrainingConfig,
+        start: usize,
+        device: &B::Device,
+    ) -> Result<Self, TrainingError> {
+        let seed = SEED_OF_START.wrapping_mul(start as u64);
+        let model = config
+            .networks
+            .init::<B>(device, config.seed.wrapping_add(seed));
+        let schedule = CosineAnnealingLrSchedulerConfig::new(
+            config.learning_rate,
+            config.iterations.max(2) - 1,
+        )
+        .with_min_lr(config.final_learning_rate)
+        .init()
+        .map_err(|_| TrainingError::Config("learning rates must lie in (0, 1]"))?;
+        Ok(Self {
+            last_good: model.clone(),
+            model,
+            optimizer: Optimizer::new(config.optimizer, config.weight_decay),
+            schedule,
+            iteration: 0,
         })
     }
 }
@@ -330,7 +441,7 @@ impl<B: AutodiffBackend> Batch<B> {
 }
 
 /// Trains on a surface until the iterations are done or `observe` breaks off; it is called after
-/// every step. `evaluation` computes the networks. Returns the map as far as it was trained.
+/// every step that is read. Returns the map as far as it was trained.
 ///
 /// # Errors
 /// See [`TrainingError`]. To get at the last good weights after a loss that was not finite,
@@ -339,23 +450,11 @@ pub fn train<B: AutodiffBackend>(
     config: TrainingConfig,
     surface: &Surface,
     device: &B::Device,
-    evaluation: impl Evaluation<B> + 'static,
-    mut observe: impl FnMut(&Step) -> ControlFlow<()>,
+    strategies: Strategies<B>,
+    observe: impl FnMut(&Step) -> ControlFlow<()>,
 ) -> Result<TrainedMap<B::InnerBackend>, TrainingError> {
-    let iterations = config.iterations;
-    let mut trainer = Trainer::<B>::with_strategies(
-        config,
-        surface,
-        device,
-        Arc::new(KdTree),
-        Arc::new(evaluation),
-    )?;
-    for _ in 0..iterations {
-        let step = trainer.step()?;
-        if observe(&step).is_break() {
-            break;
-        }
-    }
+    let mut trainer = Trainer::<B>::with_strategies(config, surface, device, strategies)?;
+    trainer.run(observe)?;
     let (map, last_step) = trainer.finish(surface);
     last_step.map(|()| map)
 }

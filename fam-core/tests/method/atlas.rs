@@ -1,16 +1,14 @@
 //! Surfaces of several components.
 
 use std::ops::ControlFlow;
-use std::sync::Arc;
 
 use burn_autodiff::Autodiff;
 use burn_ndarray::NdArray;
 use fam_core::atlas::{Atlas, Division, Flattened, Progress, flatten};
-use fam_core::evaluation::Tiled;
 use fam_core::metrics::Metrics;
 use fam_core::seams::SeamRule;
 use fam_core::surface::{PointCloud, Surface, TriangleMesh, UvMap, shapes};
-use fam_core::training::TrainingConfig;
+use fam_core::training::{Strategies, TrainingConfig};
 
 type Backend = NdArray;
 
@@ -56,7 +54,7 @@ fn run(
         &surface,
         division,
         &Default::default(),
-        Arc::new(Tiled::default()),
+        Strategies::tiled(),
         observe,
     )
     .unwrap()
@@ -91,7 +89,11 @@ fn components_share_the_square_without_overlap_and_the_points_by_area() {
         components.push((now.component, now.components));
         ControlFlow::Continue(())
     });
-    let expected: Vec<_> = [0, 1].iter().flat_map(|&c| [(c, 2); 5]).collect();
+    let steps = config().steps();
+    let expected: Vec<_> = [0, 1]
+        .into_iter()
+        .flat_map(|c| std::iter::repeat_n((c, 2), steps))
+        .collect();
     assert_eq!(components, expected);
     let points: Vec<usize> = flattened.parts.iter().map(|part| part.points).collect();
     // A ninth of the area is fewer than the least number of points.
@@ -201,7 +203,7 @@ fn a_cloud_is_one_component() {
         &surface,
         Division::default(),
         &Default::default(),
-        Arc::new(Tiled::default()),
+        Strategies::tiled(),
         |_| ControlFlow::Continue(()),
     )
     .unwrap();

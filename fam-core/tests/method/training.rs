@@ -6,7 +6,6 @@ use std::sync::Arc;
 use burn::tensor::{Int, Tensor, backend::Backend};
 use burn_autodiff::Autodiff;
 use burn_ndarray::NdArray;
-use fam_core::evaluation::Tiled;
 use fam_core::losses::{LossTerm, LossWeights, Objective};
 use fam_core::map::TrainedMap;
 use fam_core::metrics::Metrics;
@@ -14,7 +13,9 @@ use fam_core::neighbors::{NeighborSearch, nearest_others};
 use fam_core::networks::FlattenAnythingConfig;
 use fam_core::sampling::Sampling;
 use fam_core::surface::{PointCloud, Surface, TriangleMesh, UvMap, shapes};
-use fam_core::training::{Ablation, Step, Trainer, TrainingConfig, TrainingError, train};
+use fam_core::training::{
+    Ablation, OptimizerKind, Step, Strategies, Trainer, TrainingConfig, TrainingError, train,
+};
 
 type Cpu = Autodiff<NdArray>;
 
@@ -34,7 +35,7 @@ fn run(config: TrainingConfig, surface: &Surface) -> (TrainedMap<NdArray>, Step)
         config,
         surface,
         &Default::default(),
-        Tiled::default(),
+        Strategies::tiled(),
         |step| {
             last = Some(step.clone());
             ControlFlow::Continue(())
@@ -382,10 +383,12 @@ fn distances<B: Backend>(a: Tensor<B, 2>, b: Tensor<B, 2>) -> Tensor<B, 2> {
 }
 
 #[test]
-fn another_search_and_evaluation_can_take_the_place_of_the_default() {
+fn other_strategies_can_take_the_place_of_the_default() {
     let surface = Surface::Mesh(shapes::torus(1.0, 0.4, 30, 16));
     let config = TrainingConfig {
         points: 100,
+        // The bases of SOAP make more of rounding.
+        optimizer: OptimizerKind::AdamW,
         ..small(3)
     };
     let device = Default::default();
@@ -394,8 +397,10 @@ fn another_search_and_evaluation_can_take_the_place_of_the_default() {
         config,
         &surface,
         &device,
-        Arc::new(BruteForce),
-        Arc::new(Tiled::default()),
+        Strategies {
+            search: Arc::new(BruteForce),
+            ..Strategies::tiled()
+        },
     )
     .unwrap();
     for _ in 0..3 {
@@ -406,4 +411,76 @@ fn another_search_and_evaluation_can_take_the_place_of_the_default() {
         nearest_others(&[[0.0f32, 0.0], [1.0, 0.0], [5.0, 0.0]], 1),
         [1, 0, 1]
     );
+}
+
+/// Every start opens, the one with the smallest loss goes on, and a single start is the first of
+/// several.
+#[test]
+fn the_start_with_the_smallest_loss_goes_on() {
+    let surface = Surface::Mesh(shapes::torus(1.0, 0.4, 30, 16));
+    let steps = |starts: usize, seed: u64| {
+        let config = TrainingConfig {
+            points: 64,
+            starts,
+            opening: 0.5,
+            seed,
+            ..small(20)
+        };
+        let mut all = Vec::new();
+        let mut trainer = Trainer::<Cpu>::new(config, &surface, &Default::default()).unwrap();
+        let observe = |step: &Step| {
+            all.push(step.clone());
+            ControlFlow::Continue(())
+        };
+        trainer.run(observe).unwrap();
+        all
+    };
+    let mut first_is_best = 0;
+    for seed in 1000..1004 {
+        let (one, three) = (steps(1, seed), steps(3, seed));
+        let iterations: Vec<usize> = three.iter().map(|step| step.iteration).collect();
+        let expected: Vec<usize> = (0..10).chain(0..10).chain(0..20).collect();
+        assert_eq!(iterations, expected);
+        assert!(three.iter().enumerate().all(|(i, step)| step.before == i));
+        let total = |at: usize| three[at].total;
+        assert_eq!(one[9].total, total(9));
+        let ends = [total(9), total(19), total(29)];
+        let least = ends.iter().copied().fold(f32::INFINITY, f32::min);
+        // One more step of the best changes little, beside what is between starts.
+        assert!(
+            (total(30) - least).abs() < 0.2 * least,
+            "{ends:?} {}",
+            total(30)
+        );
+        let goes_on = total(30) == one[10].total;
+        assert_eq!(goes_on, least == total(9), "{ends:?}");
+        first_is_best += usize::from(goes_on);
+    }
+    assert!((1..4).contains(&first_is_best), "{first_is_best}");
+}
+
+/// Broken off while a later start opens, the best of those before is kept.
+#[test]
+fn a_start_that_is_broken_off_does_not_take_the_place_of_a_better_one() {
+    let surface = Surface::Mesh(shapes::torus(1.0, 0.4, 30, 16));
+    let config = TrainingConfig {
+        points: 64,
+        starts: 3,
+        opening: 0.5,
+        ..small(60)
+    };
+    let until = |last: usize| {
+        let mut trainer =
+            Trainer::<Cpu>::new(config.clone(), &surface, &Default::default()).unwrap();
+        let observe = |step: &Step| match step.before == last {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        };
+        trainer.run(observe).unwrap();
+        let (map, outcome) = trainer.finish(&surface);
+        outcome.unwrap();
+        map.uvs(surface.positions())
+    };
+    // The first start to its end, and the second as it begins.
+    assert_eq!(until(29), until(31));
 }

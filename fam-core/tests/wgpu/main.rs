@@ -1,14 +1,20 @@
-//! The model and its losses against reference numbers, on wgpu.
+//! On wgpu: the model and its losses against reference numbers, neighbours against the k-d tree's,
+//! training without a word from the device.
 
 #[path = "../reference_numbers/mod.rs"]
 mod reference_numbers;
 
 use std::io::Write;
 
+use burn::tensor::{Int, Tensor};
 use burn_autodiff::Autodiff;
 use burn_wgpu::graphics::{AutoGraphicsApi, GraphicsApi};
 use burn_wgpu::{Wgpu, WgpuDevice};
 use fam_core::evaluation::Plain;
+use fam_core::neighbors::{BruteForce, KdTree, NeighborSearch};
+use fam_core::surface::{Surface, shapes};
+use fam_core::training::{Strategies, Trainer, TrainingConfig};
+use rand::{RngExt, SeedableRng};
 use reference_numbers::{Reference, all_combinations};
 
 /// A wgpu adapter, software ones included.
@@ -42,4 +48,87 @@ fn small_reference_on_wgpu() {
     if let Some(device) = adapter() {
         all_combinations::<Autodiff<Wgpu>>(&Reference::small(), &Plain, &device);
     }
+}
+
+type Gpu = Autodiff<Wgpu>;
+
+fn cloud<const D: usize>(n: usize, seed: u64, device: &WgpuDevice) -> Tensor<Gpu, 2> {
+    let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
+    let values: Vec<f32> = (0..n * D).map(|_| rng.random_range(-1.0..1.0)).collect();
+    Tensor::<Gpu, 1>::from_floats(values.as_slice(), device).reshape([n, D])
+}
+
+fn indices(found: Tensor<Gpu, 1, Int>) -> Vec<i32> {
+    found.into_data().iter::<i32>().collect()
+}
+
+/// More points than a workgroup has, one more than full ones, and fewer than one.
+#[test]
+fn neighbours_on_the_device_are_those_of_the_tree() {
+    let Some(device) = adapter() else { return };
+    for (points, queries) in [(700, 300), (513, 256), (20, 30)] {
+        let points = cloud::<3>(points, 1, &device);
+        let queries = cloud::<3>(queries, 2, &device);
+        let tree = KdTree.nearest(points.clone(), queries.clone());
+        let brute = BruteForce.nearest(points, queries);
+        assert_eq!(indices(brute), indices(tree));
+    }
+    for (n, k) in [(500, 8), (257, 1), (9, 8)] {
+        let points = cloud::<2>(n, 3, &device);
+        let tree = KdTree.nearest_others(points.clone(), k);
+        let brute = BruteForce.nearest_others(points, k);
+        assert_eq!(indices(brute), indices(tree), "{n} points, {k} neighbours");
+    }
+}
+
+/// Views with other strides are read as what they show, coinciding points are each other's
+/// neighbours, and what is not finite is nobody's.
+#[test]
+fn neighbours_of_odd_points_are_found_on_the_device() {
+    let Some(device) = adapter() else { return };
+    let nan = f32::NAN;
+    let columns = Tensor::<Gpu, 2>::from_floats(
+        [[0.0, 1.0, 1.0, nan, 5.0], [0.0, 0.0, 0.0, 0.0, 0.0]],
+        &device,
+    );
+    let found = BruteForce.nearest_others(columns.transpose(), 2);
+    assert_eq!(indices(found), [1, 2, 2, 0, 1, 0, 0, 0, 1, 2]);
+}
+
+/// One step on the device is one on the host, and steps that are not read are steps.
+#[test]
+fn training_on_the_device_is_training() {
+    let Some(device) = adapter() else { return };
+    let surface = Surface::Mesh(shapes::torus(1.0, 0.4, 30, 16));
+    let mut config = TrainingConfig {
+        points: 100,
+        iterations: 4,
+        starts: 1,
+        ..TrainingConfig::fast()
+    };
+    config.networks.width = 16;
+    let trainer = |strategies: Strategies<Gpu>| {
+        Trainer::with_strategies(config.clone(), &surface, &device, strategies).unwrap()
+    };
+    let mut host = trainer(Strategies::plain());
+    let mut unread = trainer(Strategies::on_device());
+    let mut seen = Vec::new();
+    let mut steps = Vec::new();
+    unread
+        .run(|step| {
+            seen.push(step.clone());
+            std::ops::ControlFlow::Continue(())
+        })
+        .unwrap();
+    host.run(|step| {
+        steps.push(step.clone());
+        std::ops::ControlFlow::Continue(())
+    })
+    .unwrap();
+    assert_eq!(steps.len(), 4);
+    assert_eq!(seen.len(), 1);
+    let (a, b) = (seen[0].total, steps[3].total);
+    assert_eq!(seen[0].iteration, 3);
+    assert!((a - b).abs() < 1e-5, "{a} {b}");
+    assert!((b - steps[0].total).abs() > 1e-4, "nothing was learnt");
 }

@@ -8,7 +8,7 @@ use fam_core::jacobian::JacobianMode;
 use fam_core::losses::Objective;
 use fam_core::networks::{FlattenAnything, Mlp, WrapNet};
 use fam_core::surface::{Surface, shapes};
-use fam_core::training::{Trainer, TrainingConfig};
+use fam_core::training::{Strategies, Trainer, TrainingConfig};
 use serde::{Deserialize, Serialize};
 
 use super::timed::{Clock, Clocks, TimedEvaluation, TimedSearch, seconds};
@@ -64,19 +64,25 @@ impl Job for Measure<'_> {
     fn run<B: AutodiffBackend>(
         self,
         device: &B::Device,
-        evaluation: Arc<dyn Evaluation<B>>,
+        strategies: Strategies<B>,
     ) -> Self::Output {
         let clocks = Arc::new(Clocks::default());
         let search = Arc::new(TimedSearch {
+            inner: strategies.search,
             clocks: clocks.clone(),
         });
         let timed = Arc::new(TimedEvaluation {
-            inner: evaluation.clone(),
+            inner: strategies.evaluation.clone(),
             clocks: clocks.clone(),
         });
         let torus = Surface::Mesh(shapes::torus(1.0, 0.4, 96, 48));
         let config = self.config.clone();
-        let mut trainer = Trainer::<B>::with_strategies(config, &torus, device, search, timed)
+        let timed = Strategies {
+            evaluation: timed,
+            search,
+            ..strategies
+        };
+        let mut trainer = Trainer::<B>::with_strategies(config, &torus, device, timed)
             .map_err(|error| error.to_string())?;
         let points = trainer.points();
         // The first step allocates, and on a graphics adapter compiles.
@@ -94,7 +100,7 @@ impl Job for Measure<'_> {
             let [forward, tangents, neighbors] = hooks.map(Clock::read);
             let total = losses.total(&self.config.weights);
             let (_, backward) = seconds::<B, _>(device, || total.backward());
-            let jacobian = tangents + backward_jacobians.seconds(&*evaluation);
+            let jacobian = tangents + backward_jacobians.seconds(&*strategies.evaluation);
             // Differences of times of different runs, which may be below zero.
             let losses = before_backward - forward - jacobian - neighbors;
             let optimizer = whole - before_backward - backward;

@@ -4,7 +4,7 @@ use std::time::Instant;
 use burn::tensor::backend::{AutodiffBackend, Backend};
 use burn::tensor::{Int, Tensor};
 use fam_core::evaluation::Evaluation;
-use fam_core::neighbors::{KdTree, NeighborSearch};
+use fam_core::neighbors::NeighborSearch;
 use fam_core::networks::Mlp;
 
 /// Seconds that something took so far.
@@ -35,8 +35,9 @@ pub struct TimedEvaluation<B: AutodiffBackend> {
     pub clocks: Arc<Clocks>,
 }
 
-/// The k-d tree with its calls timed.
-pub struct TimedSearch {
+/// A search whose calls are timed.
+pub struct TimedSearch<B: AutodiffBackend> {
+    pub inner: Arc<dyn NeighborSearch<B>>,
     pub clocks: Arc<Clocks>,
 }
 
@@ -88,16 +89,16 @@ impl<B: AutodiffBackend> Evaluation<B> for TimedEvaluation<B> {
     }
 }
 
-impl<B: AutodiffBackend> NeighborSearch<B> for TimedSearch {
+impl<B: AutodiffBackend> NeighborSearch<B> for TimedSearch<B> {
     fn nearest(&self, points: Tensor<B, 2>, queries: Tensor<B, 2>) -> Tensor<B, 1, Int> {
         let device = points.device();
-        let work = || KdTree.nearest(points, queries);
+        let work = || self.inner.nearest(points, queries);
         self.clocks.neighbors.time::<B, _>(&device, work)
     }
 
     fn nearest_others(&self, points: Tensor<B, 2>, k: usize) -> Tensor<B, 1, Int> {
         let device = points.device();
-        let work = || KdTree.nearest_others(points, k);
+        let work = || self.inner.nearest_others(points, k);
         self.clocks.neighbors.time::<B, _>(&device, work)
     }
 }

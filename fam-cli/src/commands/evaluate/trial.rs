@@ -1,19 +1,18 @@
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use burn::tensor::backend::AutodiffBackend;
 use fam_core::atlas::Atlas;
-use fam_core::evaluation::Evaluation;
 use fam_core::finish::{FinishConfig, Guidance, Unfinished};
 use fam_core::metrics::Metrics;
 use fam_core::seams::SeamRule;
 use fam_core::surface::{Components, Surface, SurfaceError, TriangleMesh, UvMap};
-use fam_core::training::TrainingConfig;
+use fam_core::training::{Strategies, TrainingConfig};
 
 use super::{Outcome, Row};
 use crate::backend::{Backend, Job};
+use crate::budget::Stop;
 use crate::failure::Failure;
 use crate::finish::Watched;
 use crate::flatten::Flatten;
@@ -129,7 +128,11 @@ impl Trial<'_> {
             ("without guidance".to_string(), &default, Guidance::None),
             (format!("bound {TIGHT_BOUND}"), &tight, Guidance::Tears),
         ] {
-            let watched = Watched::new(self.quiet, self.stop);
+            let stop = Stop {
+                interrupt: self.stop,
+                deadline: None,
+            };
+            let watched = Watched::new(self.quiet, stop);
             let started = Instant::now();
             let unfinished = Unfinished {
                 components,
@@ -160,11 +163,7 @@ struct Load<'a> {
 impl Job for Load<'_> {
     type Output = Result<Vec<Vec<[f32; 2]>>, String>;
 
-    fn run<B: AutodiffBackend>(
-        self,
-        device: &B::Device,
-        _: Arc<dyn Evaluation<B>>,
-    ) -> Self::Output {
+    fn run<B: AutodiffBackend>(self, device: &B::Device, _: Strategies<B>) -> Self::Output {
         let atlas = Atlas::<B::InnerBackend>::from_safetensors(self.model, device);
         let atlas = atlas.map_err(|error| error.to_string())?;
         Ok(atlas.component_uvs(self.components))

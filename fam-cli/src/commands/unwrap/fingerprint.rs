@@ -21,7 +21,7 @@ impl Run {
         }
         let arguments = &self.arguments;
         let shaping = format!(
-            "{}\n{}\n{:?} {} {} {} {} {:?}",
+            "{}\n{}\n{:?} {} {} {} {} {:?} {:?}",
             env!("CARGO_PKG_VERSION"),
             self.config_toml,
             arguments.format,
@@ -30,6 +30,7 @@ impl Run {
             arguments.seam_lines,
             arguments.per_material,
             arguments.seam_rule,
+            arguments.time_budget,
         );
         hasher.0.write(shaping.as_bytes());
         self.marks.write_to(&mut hasher).map_err(fail)?;

@@ -10,6 +10,7 @@ use fam_io::{Document, Format, WriteOptions};
 
 use crate::args;
 use crate::backend::Backend;
+use crate::budget::{Plan, Stop};
 use crate::config::{self, Config, FinishMode};
 use crate::failure::Failure;
 use crate::finish::Finish;
@@ -127,10 +128,12 @@ impl Run {
             failure.of(input)
         };
         let started = Instant::now();
+        let config = self.planned(surface, &parting).map_err(abandon)?;
+        let config_toml = config.to_toml()?;
         let flattened = self
             .backend
             .run(Flatten {
-                config: &self.config.training,
+                config: &config.training,
                 surface,
                 parting: &parting,
                 seam_rule: arguments.seam_rule.into(),
@@ -140,13 +143,16 @@ impl Run {
             .map_err(abandon)?;
         let training = started.elapsed();
         let finish = Finish {
-            settings: &self.config.finish,
+            settings: &config.finish,
             surface,
             squares: &parting.squares,
             marked: &marked,
             seam_rule: arguments.seam_rule.into(),
             quiet: arguments.quiet,
-            stop: &self.stop,
+            stop: Stop {
+                interrupt: &self.stop,
+                deadline: arguments.time_budget.map(|budget| started + budget),
+            },
         };
         let layout = finish.run(&flattened).map_err(abandon)?;
         let took = started.elapsed();
@@ -159,7 +165,7 @@ impl Run {
             parting: &parting,
             flattened: &flattened,
             layout: &layout,
-            config_toml: &self.config_toml,
+            config_toml: &config_toml,
             fingerprint: fingerprint.filter(|_| complete),
         })?;
         for warning in report.warnings() {
@@ -199,6 +205,24 @@ impl Run {
             interrupted,
             error,
         })
+    }
+}
+
+impl Run {
+    /// The configuration, with the iterations that there is time for.
+    fn planned(&self, surface: &Surface, parting: &Parting) -> Result<Config, Failure> {
+        let mut config = self.config.clone();
+        if let Some(budget) = self.arguments.time_budget {
+            config.training = self.backend.run(Plan {
+                config: &self.config.training,
+                surface,
+                parting,
+                finished: config.finish.mode == FinishMode::Full,
+                budget,
+                interrupt: &self.stop,
+            })?;
+        }
+        Ok(config)
     }
 }
 

@@ -1,0 +1,172 @@
+//! Training that is planned to end on time.
+
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use burn::tensor::backend::AutodiffBackend;
+use fam_core::atlas::{self, Division};
+use fam_core::surface::Surface;
+use fam_core::training::{Strategies, TrainingConfig};
+
+use crate::backend::Job;
+use crate::failure::Failure;
+use crate::surface::Parting;
+
+/// Share of the time that is left to finishing. It takes an eighth to a half of what training takes
+/// at the fast preset, and stops when the time is up.
+const FINISHING_SHARE: f64 = 0.3;
+
+/// Share of the time that is left to seams, pictures and files.
+const WRITING_SHARE: f64 = 0.05;
+
+/// Steps that are measured, beside two that are not.
+const PROBE: usize = 10;
+
+/// Iterations that are always made, and the most, which are the paper's.
+const ITERATIONS: std::ops::RangeInclusive<usize> = 50..=10_000;
+
+/// With fewer steps than this there is a single start.
+const FEW_STEPS: usize = 300;
+
+/// When to stop.
+#[derive(Clone, Copy)]
+pub struct Stop<'a> {
+    /// Set when the user interrupts.
+    pub interrupt: &'a AtomicBool,
+    /// When the time is up.
+    pub deadline: Option<Instant>,
+}
+
+impl Stop<'_> {
+    /// Whether it is time.
+    pub fn now(&self) -> bool {
+        let late = |deadline: Instant| Instant::now() >= deadline;
+        self.interrupt.load(Ordering::Relaxed) || self.deadline.is_some_and(late)
+    }
+}
+
+/// A length of time as the command line has it: `90`, `90s`, `2m`, `1.5h`.
+pub fn duration(text: &str) -> Result<Duration, String> {
+    let (number, unit) = match text.strip_suffix(['s', 'm', 'h']) {
+        Some(number) => (number, &text[number.len()..]),
+        None => (text, "s"),
+    };
+    let factor = match unit {
+        "h" => 3600.0,
+        "m" => 60.0,
+        _ => 1.0,
+    };
+    let seconds = number.parse::<f64>().ok().map(|n| n * factor);
+    seconds
+        .filter(|seconds| *seconds > 0.0)
+        .and_then(|seconds| Duration::try_from_secs_f64(seconds).ok())
+        .ok_or_else(|| "a time is a number above 0 and s, m or h, such as 30s".to_owned())
+}
+
+/// Measures some steps and chooses the iterations that a time allows.
+pub struct Plan<'a> {
+    pub config: &'a TrainingConfig,
+    pub surface: &'a Surface,
+    pub parting: &'a Parting,
+    /// Whether the map is finished.
+    pub finished: bool,
+    pub budget: Duration,
+    pub interrupt: &'a AtomicBool,
+}
+
+impl Job for Plan<'_> {
+    type Output = Result<TrainingConfig, Failure>;
+
+    fn run<B: AutodiffBackend>(
+        self,
+        device: &B::Device,
+        strategies: Strategies<B>,
+    ) -> Self::Output {
+        let started = Instant::now();
+        let seconds =
+            |iterations: usize| {
+                let config = TrainingConfig {
+                    iterations,
+                    starts: 1,
+                    ..self.config.clone()
+                };
+                let division = Division {
+                    labels: &self.parting.labels,
+                    squares: &self.parting.squares,
+                };
+                let before = Instant::now();
+                let strategies = strategies.clone();
+                atlas::flatten::<B>(&config, self.surface, division, device, strategies, |_| {
+                    match self.interrupt.load(Ordering::Relaxed) {
+                        true => ControlFlow::Break(()),
+                        false => ControlFlow::Continue(()),
+                    }
+                })
+                .map_err(Failure::input)?;
+                Ok::<f64, Failure>(before.elapsed().as_secs_f64())
+            };
+        // The first steps allocate, and on a graphics adapter compile.
+        seconds(2)?;
+        let (few, many) = (seconds(2)?, seconds(2 + PROBE)?);
+        let step = ((many - few) / PROBE as f64).max(1e-6);
+        let reserved = match self.finished {
+            true => FINISHING_SHARE + WRITING_SHARE,
+            false => WRITING_SHARE,
+        };
+        let left = self.budget.as_secs_f64() * (1.0 - reserved)
+            - started.elapsed().as_secs_f64()
+            - (few - 2.0 * step).max(0.0);
+        Ok(planned(self.config, left / step))
+    }
+}
+
+/// The configuration that takes about so many steps.
+fn planned(config: &TrainingConfig, steps: f64) -> TrainingConfig {
+    let starts = match steps < FEW_STEPS as f64 {
+        true => 1,
+        false => config.starts,
+    };
+    let mut planned = TrainingConfig {
+        starts,
+        iterations: steps.max(1.0) as usize,
+        ..config.clone()
+    };
+    let surplus = planned.steps() as f64 / planned.iterations as f64;
+    let iterations = (steps / surplus).max(1.0) as usize;
+    planned.iterations = iterations.clamp(*ITERATIONS.start(), *ITERATIONS.end());
+    planned
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_have_units() {
+        for (text, seconds) in [("30", 30.0), ("30s", 30.0), ("2m", 120.0), ("1.5h", 5400.0)] {
+            assert_eq!(
+                duration(text),
+                Ok(Duration::from_secs_f64(seconds)),
+                "{text}"
+            );
+        }
+        for text in ["", "s", "0", "-1s", "nan", "inf", "1e30h", "3 s", "30ms"] {
+            assert!(duration(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn plans_take_as_many_steps_as_there_is_time_for() {
+        let fast = TrainingConfig::fast();
+        for steps in [310.0, 1_450.0, 9_999.0] {
+            let planned = planned(&fast, steps);
+            assert_eq!(planned.starts, fast.starts);
+            assert!((planned.steps() as f64 - steps).abs() < 5.0, "{steps}");
+        }
+        let short = planned(&fast, 200.0);
+        assert_eq!((short.starts, short.iterations), (1, 200));
+        assert_eq!(planned(&fast, -5.0).iterations, *ITERATIONS.start());
+        assert_eq!(planned(&fast, 1e9).iterations, *ITERATIONS.end());
+    }
+}
