@@ -29,6 +29,9 @@ const ITERATIONS: std::ops::RangeInclusive<usize> = 50..=10_000;
 /// With fewer steps than this there is a single start.
 const FEW_STEPS: usize = 300;
 
+/// A year, in seconds.
+const LONGEST: f64 = 366.0 * 86_400.0;
+
 /// When to stop.
 #[derive(Clone, Copy)]
 pub struct Stop<'a> {
@@ -46,6 +49,11 @@ impl Stop<'_> {
     }
 }
 
+/// When layouts are no longer refined, so that files are written in time.
+pub fn deadline(started: Instant, budget: Duration) -> Instant {
+    started + budget.mul_f64(1.0 - WRITING_SHARE)
+}
+
 /// A length of time as the command line has it: `90`, `90s`, `2m`, `1.5h`.
 pub fn duration(text: &str) -> Result<Duration, String> {
     let (number, unit) = match text.strip_suffix(['s', 'm', 'h']) {
@@ -59,7 +67,7 @@ pub fn duration(text: &str) -> Result<Duration, String> {
     };
     let seconds = number.parse::<f64>().ok().map(|n| n * factor);
     seconds
-        .filter(|seconds| *seconds > 0.0)
+        .filter(|seconds| *seconds > 0.0 && *seconds <= LONGEST)
         .and_then(|seconds| Duration::try_from_secs_f64(seconds).ok())
         .ok_or_else(|| "a time is a number above 0 and s, m or h, such as 30s".to_owned())
 }
@@ -117,19 +125,25 @@ impl Job for Plan<'_> {
         let left = self.budget.as_secs_f64() * (1.0 - reserved)
             - started.elapsed().as_secs_f64()
             - (few - 2.0 * step).max(0.0);
+        if self.interrupt.load(Ordering::Relaxed) {
+            // What was measured is worth nothing.
+            return Ok(self.config.clone());
+        }
         Ok(planned(self.config, left / step))
     }
 }
 
 /// The configuration that takes about so many steps.
 fn planned(config: &TrainingConfig, steps: f64) -> TrainingConfig {
+    let most = *ITERATIONS.end() * config.starts;
+    let steps = steps.clamp(1.0, most as f64);
     let starts = match steps < FEW_STEPS as f64 {
         true => 1,
         false => config.starts,
     };
     let mut planned = TrainingConfig {
         starts,
-        iterations: steps.max(1.0) as usize,
+        iterations: steps as usize,
         ..config.clone()
     };
     let surplus = planned.steps() as f64 / planned.iterations as f64;
@@ -151,7 +165,9 @@ mod tests {
                 "{text}"
             );
         }
-        for text in ["", "s", "0", "-1s", "nan", "inf", "1e30h", "3 s", "30ms"] {
+        for text in [
+            "", "s", "0", "-1s", "nan", "inf", "1e30h", "9999h9", "9000h", "3 s", "30ms",
+        ] {
             assert!(duration(text).is_err(), "{text}");
         }
     }

@@ -124,12 +124,22 @@ pub fn resolve(arguments: &Unwrap) -> Result<Config, Failure> {
 fn overridden(config: Config, path: &Path) -> Result<Config, Failure> {
     let fail = |reason: String| Failure::input(format!("{}: {reason}", path.display()));
     let text = std::fs::read_to_string(path).map_err(|error| fail(error.to_string()))?;
+    over(config, &text).map_err(fail)
+}
+
+/// A configuration with what a TOML text says. If the text is a whole configuration, what it leaves
+/// out is not that of `config`: it was written before there was such a thing, and means without.
+fn over(config: Config, text: &str) -> Result<Config, String> {
     // The parser's own display quotes the source over several lines.
-    let file: Table = toml::from_str(&text).map_err(|error| fail(one_line(error.message())))?;
-    let mut base = Table::try_from(&config).map_err(|error| fail(error.to_string()))?;
-    merge(&mut base, file, "").map_err(fail)?;
-    base.try_into()
-        .map_err(|error: toml::de::Error| fail(one_line(error.message())))
+    let plain = |error: toml::de::Error| one_line(error.message());
+    let file: Table = toml::from_str(text).map_err(plain)?;
+    let mut base = Table::try_from(&config).map_err(|error| error.to_string())?;
+    let whole = file.clone().try_into::<Config>();
+    merge(&mut base, file, "")?;
+    match whole {
+        Ok(whole) => Ok(whole),
+        Err(_) => base.try_into().map_err(plain),
+    }
 }
 
 fn one_line(message: &str) -> String {
@@ -160,6 +170,23 @@ mod tests {
         merge(&mut base, toml::from_str(text).unwrap(), "")?;
         base.try_into()
             .map_err(|error: toml::de::Error| error.message().to_string())
+    }
+
+    /// That of an earlier version means what it meant then, whatever the preset.
+    #[test]
+    fn a_whole_configuration_is_no_mixture_with_a_preset() {
+        let text = Config::of(Preset::Paper).to_toml().unwrap();
+        let later = ["opening", "starts", "optimizer", "flattening"];
+        let is_later = |line: &&str| later.iter().any(|key| line.starts_with(key));
+        let earlier: Vec<&str> = text.lines().filter(|line| !is_later(line)).collect();
+        assert_eq!(earlier.len() + later.len(), text.lines().count());
+        let fast = || Config::of(Preset::Fast);
+        assert_eq!(
+            over(fast(), &earlier.join("\n")),
+            Ok(Config::of(Preset::Paper))
+        );
+        let unknown = format!("none = 1\n{}", earlier.join("\n"));
+        assert!(over(fast(), &unknown).is_err());
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! Clouds that are read and written a piece at a time, whatever their size.
 //!
 //! [`CloudStream`] takes XYZ, and binary PLY that has nothing but points. What it writes is what
-//! [`Document`](crate::Document) writes, byte for byte; only its memory does not grow with the file.
+//! [`Document`](crate::Document) writes, byte for byte; only its memory does not grow with the number
+//! of points. Lines of text, and comments before the first point, are held as they are.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
@@ -41,6 +42,9 @@ pub enum StreamError {
     /// The copy could not be written.
     #[error(transparent)]
     Write(#[from] WriteError),
+    /// There were no UVs for some points.
+    #[error("it was broken off")]
+    BrokenOff,
 }
 
 impl CloudStream {
@@ -67,20 +71,24 @@ impl CloudStream {
     }
 
     /// Writes the file again, in its own format, with the UVs that `uvs` gives some points at a
-    /// time, one each and in their order, in the place of any UVs it had.
+    /// time, one each and in their order, in the place of any UVs it had; none to break off.
     ///
     /// # Errors
     /// The file cannot be read any more or the copy not be written, a coordinate or a UV is not
-    /// finite, or there is not one UV for each point. There is no copy then.
+    /// finite, there is not one UV for each point, or `uvs` breaks off. There is no copy then.
     pub fn write_uvs(
         &self,
         path: impl AsRef<Path>,
-        mut uvs: impl FnMut(&[[f64; 3]]) -> Vec<[f32; 2]>,
+        mut uvs: impl FnMut(&[[f64; 3]]) -> Option<Vec<[f32; 2]>>,
     ) -> Result<(), StreamError> {
         let mut unread = None;
+        let mut broken_off = false;
         let mut first = 0;
         let mut checked = |positions: &[[f64; 3]]| {
-            let uvs = uvs(positions);
+            let Some(uvs) = uvs(positions) else {
+                broken_off = true;
+                return Err(WriteFault::Io(io::ErrorKind::Interrupted.into()));
+            };
             check_count("points", positions.len(), uvs.len())?;
             if let Some(at) = uvs.iter().position(|uv| !is_finite(uv)) {
                 return Err(WriteFault::NonFiniteUv(first + at));
@@ -102,6 +110,7 @@ impl CloudStream {
             })
         });
         match unread {
+            _ if broken_off => Err(StreamError::BrokenOff),
             Some(fault) => Err(at(&self.path, fault).into()),
             None => Ok(written?),
         }
@@ -110,7 +119,7 @@ impl CloudStream {
     fn write_xyz(
         &self,
         columns: &xyz::Columns,
-        uvs: &mut dyn FnMut(&[[f64; 3]]) -> Result<Vec<[f32; 2]>, WriteFault>,
+        uvs: &mut CheckedUvs,
         out: &mut dyn Write,
     ) -> Result<(), Stop> {
         let mut reader = xyz::Reader::default();
@@ -119,17 +128,19 @@ impl CloudStream {
             let block = block.map_err(ReadFault::from)?;
             let (mut points, mut positions) = (Vec::new(), Vec::new());
             for line in block.lines() {
-                if let Some((point, position)) = reader.line(&block.bytes, &line)? {
-                    points.push(point);
-                    positions.push(position);
+                if let Some(point) = reader.line(&block.bytes, &line)? {
+                    points.push(point.columns);
+                    positions.push(point.position);
                 }
             }
             let mut edits = Edits::default();
             if std::mem::take(&mut is_first) {
                 columns.edit_header(&block.bytes, &mut edits);
             }
-            for (point, uv) in points.into_iter().zip(uvs(&positions)?) {
-                columns.edit(&block.bytes, point, uv, &mut edits);
+            if !points.is_empty() {
+                for (point, uv) in points.into_iter().zip(uvs(&positions)?) {
+                    columns.edit(&block.bytes, point, uv, &mut edits);
+                }
             }
             edits.apply(&block.bytes, out)?;
         }
@@ -139,7 +150,7 @@ impl CloudStream {
     fn write_ply(
         &self,
         records: &ply::Records,
-        uvs: &mut dyn FnMut(&[[f64; 3]]) -> Result<Vec<[f32; 2]>, WriteFault>,
+        uvs: &mut CheckedUvs,
         out: &mut dyn Write,
     ) -> Result<(), Stop> {
         let open = || {
@@ -163,6 +174,9 @@ impl CloudStream {
         Ok(())
     }
 }
+
+/// The UVs of some points, one finite one for each.
+type CheckedUvs<'a> = dyn FnMut(&[[f64; 3]]) -> Result<Vec<[f32; 2]>, WriteFault> + 'a;
 
 /// Why writing stopped.
 enum Stop {
@@ -257,11 +271,12 @@ impl TextBlocks {
 
     fn read(&mut self) -> io::Result<Option<TextBlock>> {
         let mut bytes = std::mem::take(&mut self.rest);
-        let mut end = None;
+        let mut end = last_line_end(&bytes, 0);
         while end.is_none() && !self.ended {
+            let known = bytes.len();
             let mut more = Read::by_ref(&mut self.file).take(BYTES as u64);
             self.ended = more.read_to_end(&mut bytes)? == 0;
-            end = last_line_end(&bytes);
+            end = last_line_end(&bytes, known);
         }
         if !self.ended
             && let Some(end) = end
@@ -289,7 +304,10 @@ impl Iterator for TextBlocks {
 }
 
 /// Where the last line ends that is known to have ended: after `\r`, a `\n` may be to come.
-fn last_line_end(bytes: &[u8]) -> Option<usize> {
+/// None is before the byte before `searched`.
+fn last_line_end(bytes: &[u8], searched: usize) -> Option<usize> {
+    let from = searched.saturating_sub(1).min(bytes.len());
+    let (skipped, bytes) = bytes.split_at(from);
     let known = &bytes[..bytes.len().saturating_sub(1)];
     let end = known
         .iter()
@@ -299,5 +317,5 @@ fn last_line_end(bytes: &[u8]) -> Option<usize> {
             _ => at + 1,
         });
     let newline = bytes.iter().rposition(|b| *b == b'\n').map(|at| at + 1);
-    end.max(newline)
+    end.max(newline).map(|end| skipped.len() + end)
 }

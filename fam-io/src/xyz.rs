@@ -48,6 +48,13 @@ pub(crate) struct Columns {
     has_normals: bool,
 }
 
+/// A point of a file.
+pub(crate) struct Point {
+    /// From the first of its columns to the last.
+    pub columns: Range<usize>,
+    pub position: [f64; 3],
+}
+
 /// Reads the lines of a file one after the other, and finds out what its columns are.
 #[derive(Debug, Default)]
 pub(crate) struct Reader {
@@ -64,12 +71,8 @@ pub(crate) struct Reader {
 }
 
 impl Reader {
-    /// The columns of the point on a line and where it is; none if there is no point.
-    pub fn line(
-        &mut self,
-        bytes: &[u8],
-        line: &Line,
-    ) -> Result<Option<(Range<usize>, [f64; 3])>, ReadFault> {
+    /// The point on a line; none if there is no point.
+    pub fn line(&mut self, bytes: &[u8], line: &Line) -> Result<Option<Point>, ReadFault> {
         let (data, comment) = split_comment(bytes, line.text.clone());
         let data = columns(bytes, data);
         let texts = |words: &[Range<usize>]| {
@@ -106,7 +109,10 @@ impl Reader {
         for (without, length) in self.without_normal.iter_mut().zip(lengths) {
             *without |= unit_normal(bytes, &data[..length]).is_none();
         }
-        Ok(Some((data[0].start..data[data.len() - 1].end, position)))
+        Ok(Some(Point {
+            columns: data[0].start..data[data.len() - 1].end,
+            position,
+        }))
     }
 
     /// After the last line; none if there was no point.
@@ -195,9 +201,9 @@ pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
     let mut points = Vec::new();
     let mut positions = Vec::new();
     for line in lines(&bytes) {
-        if let Some((point, position)) = reader.line(&bytes, &line)? {
-            points.push(point);
-            positions.push(position);
+        if let Some(point) = reader.line(&bytes, &line)? {
+            points.push(point.columns);
+            positions.push(point.position);
         }
     }
     let found = reader.finish().ok_or(SurfaceError::NoVertices)?;

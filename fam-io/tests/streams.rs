@@ -28,7 +28,7 @@ fn both_ways(name: &str, content: &[u8]) {
     let mut largest = 0;
     let some = |points: &[[f64; 3]]| {
         largest = largest.max(points.len());
-        points.iter().map(uv).collect()
+        Some(points.iter().map(uv).collect())
     };
     stream.write_uvs(&pieces, some).unwrap();
     assert!(largest <= 1 << 20, "{largest} points at once");
@@ -168,12 +168,12 @@ fn faults_are_found_and_leave_no_file() {
     fs::write(&ply, [header(2), vec![0; 12], vec![255; 12]].concat()).unwrap();
     let whole = read_surface(&ply).unwrap_err().to_string();
     let stream = CloudStream::open(&ply).unwrap().unwrap();
-    let error = stream.write_uvs(&out, |points| vec![[0.0; 2]; points.len()]);
+    let error = stream.write_uvs(&out, |points| Some(vec![[0.0; 2]; points.len()]));
     assert_eq!(error.unwrap_err().to_string(), whole);
 
     fs::write(&ply, [header(2), vec![0; 24]].concat()).unwrap();
     let stream = CloudStream::open(&ply).unwrap().unwrap();
-    let fault = |uvs: Vec<[f32; 2]>| match stream.write_uvs(&out, |_| uvs.clone()) {
+    let fault = |uvs: Vec<[f32; 2]>| match stream.write_uvs(&out, |_| Some(uvs.clone())) {
         Err(StreamError::Write(error)) => error.fault.to_string(),
         other => panic!("{other:?}"),
     };
@@ -182,6 +182,8 @@ fn faults_are_found_and_leave_no_file() {
         fault(vec![[0.0; 2], [f32::NAN, 0.0]]),
         "the UV of point 1 is not a finite number"
     );
+    let broken_off = stream.write_uvs(&out, |_| None);
+    assert!(matches!(broken_off, Err(StreamError::BrokenOff)));
     assert!(!out.exists());
     assert_eq!(Format::of_path(&out), Some(Format::Ply));
 }

@@ -1,6 +1,6 @@
 """The neighbours that one iteration asks for, by scipy's k-d tree and by brute force in PyTorch.
 
-The same points as those of fam-core/benches/neighbors.rs: the 8 nearest of each of 10,000 points in
+Points as in fam-core/benches/neighbors.rs: the 8 nearest of each of 10,000 points in
 the plane, and the nearest of each of two samples of a torus in the other.
 """
 

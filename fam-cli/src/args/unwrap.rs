@@ -83,13 +83,15 @@ pub struct Unwrap {
     /// Plan training, and stop refining the layout, so that a file takes about so long: `30s`, `2m`
     ///
     /// Some steps are measured first, on which the number of iterations depends; config.toml has
-    /// it, and gives the same map again. Training takes at least 50 iterations, and the
-    /// paper's 10,000 at most.
+    /// it, and gives the same raw map again. Training takes at least 50 iterations, and the
+    /// paper's 10,000 at most; with fewer than 300 there is a single start.
     #[arg(long, value_name = "TIME", value_parser = crate::budget::duration, conflicts_with = "iterations")]
     pub time_budget: Option<std::time::Duration>,
 
-    /// Fresh weights to start from; once they have opened the surface (15 % of the iterations), only
-    /// the best go on
+    /// Fresh weights to start from; once they have opened the surface, only the best go on
+    ///
+    /// The preset `fast` has 4, and 15 % of the iterations for opening. The preset `paper` has one
+    /// and no opening, which several would need: `opening = 0.15` in a file for --config.
     #[arg(long, value_name = "N")]
     pub starts: Option<usize>,
 

@@ -1,5 +1,6 @@
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use burn::tensor::backend::AutodiffBackend;
 use fam_core::atlas::Atlas;
@@ -10,6 +11,7 @@ use fam_io::{CloudStream, Format, StreamError, Uvs, WriteFault, WriteOptions};
 use crate::args;
 use crate::backend::{Backend, Job};
 use crate::failure::Failure;
+use crate::interrupt::{INTERRUPTED, stop_on_interrupt};
 use crate::surface::Parting;
 
 /// UVs of a file's points from a trained model.
@@ -17,21 +19,30 @@ pub fn map(arguments: &args::Map) -> Result<ExitCode, Failure> {
     let fail = |reason: String| Failure::input(format!("{}: {reason}", arguments.model.display()));
     let model = std::fs::read(&arguments.model).map_err(|error| fail(error.to_string()))?;
     let backend = Backend::choose(arguments.backend)?;
-    let stream = CloudStream::open(&arguments.input).map_err(Failure::input)?;
     let format = Format::of_path(&arguments.out);
-    if let Some(cloud) = stream.filter(|cloud| format.is_none_or(|f| f == cloud.format())) {
+    // What is wrong with the input is said where it is read.
+    let keeps_format =
+        format.is_none_or(|format| fam_io::format_of(&arguments.input).is_ok_and(|f| f == format));
+    let stream = match keeps_format {
+        true => CloudStream::open(&arguments.input).map_err(Failure::input)?,
+        false => None,
+    };
+    if let Some(cloud) = stream {
+        let stop = stop_on_interrupt(true)?;
         let out = &arguments.out;
         let copied = backend
             .run(Stream {
                 model: &model,
                 cloud,
                 out,
+                stop: &stop,
             })
             .map_err(fail)?;
         return match copied {
             Ok(()) => Ok(ExitCode::SUCCESS),
             Err(StreamError::Read(error)) => Err(Failure::input(error)),
             Err(StreamError::Write(error)) => Err(Failure::work(error)),
+            Err(StreamError::BrokenOff) => Ok(ExitCode::from(INTERRUPTED)),
         };
     }
     let document = fam_io::read_surface(&arguments.input).map_err(Failure::input)?;
@@ -62,6 +73,7 @@ struct Stream<'a> {
     model: &'a [u8],
     cloud: CloudStream,
     out: &'a Path,
+    stop: &'a AtomicBool,
 }
 
 impl Job for Stream<'_> {
@@ -70,7 +82,11 @@ impl Job for Stream<'_> {
     fn run<B: AutodiffBackend>(self, device: &B::Device, _: Strategies<B>) -> Self::Output {
         let atlas = Atlas::<B::InnerBackend>::from_safetensors(self.model, device)
             .map_err(|error| error.to_string())?;
-        Ok(self.cloud.write_uvs(self.out, |points| atlas.uvs(points)))
+        let uvs = |points: &[[f64; 3]]| match self.stop.load(Ordering::Relaxed) {
+            true => None,
+            false => Some(atlas.uvs(points)),
+        };
+        Ok(self.cloud.write_uvs(self.out, uvs))
     }
 }
 

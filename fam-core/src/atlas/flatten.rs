@@ -284,7 +284,6 @@ impl<B: AutodiffBackend, F: FnMut(Progress) -> ControlFlow<()>> Job<'_, B, F> {
         let strategies = self.strategies.clone();
         let mut trainer = Trainer::<B>::with_strategies(config, surface, self.device, strategies)?;
         let points = trainer.points();
-        let mut last = None;
         let outcome = trainer.run(|step| {
             let progress = Progress {
                 component: self.started,
@@ -293,13 +292,13 @@ impl<B: AutodiffBackend, F: FnMut(Progress) -> ControlFlow<()>> Job<'_, B, F> {
                 step,
             };
             self.stopped |= (self.observe)(progress).is_break();
-            last = Some(step.clone());
             match self.stopped {
                 true => ControlFlow::Break(()),
                 false => ControlFlow::Continue(()),
             }
         });
         self.started += 1;
+        let last = trainer.last_step().cloned();
         let sample = trainer.sample().points;
         let (map, last_step) = trainer.finish(surface);
         // Weights that no step has changed have the losses of the first step.

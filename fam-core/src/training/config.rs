@@ -51,13 +51,13 @@ pub struct TrainingConfig {
     pub points: usize,
     /// Optimiser steps of the map that is kept; see [`steps`](Self::steps) for all.
     pub iterations: usize,
-    /// Share of the iterations that open the surface, in 0 … 1. In them, ℓ_flat has no part; after
+    /// Share of the iterations that open the surface, in 0 … 1. In them ℓ_flat is not minimised; after
     /// them ℓ_wrap falls to a tenth of its weight ([`weights_at`](Self::weights_at)). With 0,
     /// weights are the same all the time.
     #[serde(default)]
     pub opening: f64,
     /// Fresh weights that training starts from, one after the other; after the opening, only
-    /// those with the smallest loss go on.
+    /// those with the smallest loss (by [`weights`](Self::weights)) go on.
     #[serde(default = "one")]
     pub starts: usize,
     /// Seed of everything random: weights, sampling.
@@ -146,7 +146,9 @@ impl TrainingConfig {
 
     /// Optimiser steps in all: those of the starts that are dropped included.
     pub fn steps(&self) -> usize {
-        self.iterations + self.starts.saturating_sub(1) * self.opening_iterations()
+        let dropped = self.starts.saturating_sub(1);
+        let steps = dropped.saturating_mul(self.opening_iterations());
+        self.iterations.saturating_add(steps)
     }
 
     /// The weights that an iteration (zero-based) minimises.

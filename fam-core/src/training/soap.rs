@@ -191,12 +191,16 @@ fn products<B: Backend, const D: usize>(gradient: Tensor<B, D>, left: bool) -> T
 /// its values are not finite.
 fn eigenvectors<B: Backend, const D: usize>(symmetric: &Tensor<B, D>) -> Tensor<B, D> {
     let matrix = on_host(symmetric);
-    match matrix.self_adjoint_eigen(Side::Lower) {
-        Ok(eigen) => on_device(eigen.U().reverse_cols(), symmetric),
-        Err(_) => on_device(
-            Mat::<f64>::identity(matrix.nrows(), matrix.ncols()).as_ref(),
-            symmetric,
-        ),
+    // What is not finite may keep the iteration of eigenvalues from its end.
+    let eigen = matrix
+        .is_all_finite()
+        .then(|| matrix.self_adjoint_eigen(Side::Lower).ok());
+    match eigen.flatten() {
+        Some(eigen) => on_device(eigen.U().reverse_cols(), symmetric),
+        None => {
+            let identity = Mat::<f64>::identity(matrix.nrows(), matrix.ncols());
+            on_device(identity.as_ref(), symmetric)
+        }
     }
 }
 

@@ -83,6 +83,8 @@ struct State<B: AutodiffBackend> {
     schedule: CosineAnnealingLrScheduler,
     /// Steps from this start.
     iteration: usize,
+    /// The last of them that was read.
+    last: Option<Step>,
 }
 
 /// The points of an iteration on the device.
@@ -225,7 +227,7 @@ impl<B: AutodiffBackend> Trainer<B> {
         )
     }
 
-    /// The whole training: the opening of every start, and then the best to its end; or until
+    /// The rest of the training; before the first step that is the opening of every start, and then the best to its end; or until
     /// `observe` breaks off. One of [`Strategies::read_every`] steps is read and observed, and
     /// the last of each start.
     ///
@@ -235,13 +237,13 @@ impl<B: AutodiffBackend> Trainer<B> {
         &mut self,
         mut observe: impl FnMut(&Step) -> ControlFlow<()>,
     ) -> Result<(), TrainingError> {
-        if self.config.starts > 1 {
+        if self.config.starts > 1 && self.done == 0 {
             let opening = self.config.opening_iterations();
             if self.best_start(opening, &mut observe)?.is_break() {
                 return Ok(());
             }
         }
-        let rest = self.config.iterations - self.state.iteration;
+        let rest = self.config.iterations.saturating_sub(self.state.iteration);
         self.steps(rest, &mut observe).map(|_| ())
     }
 
@@ -299,14 +301,20 @@ impl<B: AutodiffBackend> Trainer<B> {
     ///
     /// # Errors
     /// [`TrainingError::NonFiniteLoss`], after which the trainer is back at the last weights
-    /// whose losses were read and finite.
+    /// whose losses were read and finite, or at fresh ones if there are none.
     pub fn step(&mut self) -> Result<Step, TrainingError> {
         let _turn = turn();
         let losses = self.losses();
         let step = self.read(&losses)?;
         self.state.last_good = self.state.model.clone();
+        self.state.last = Some(step.clone());
         self.descend(losses);
         Ok(step)
+    }
+
+    /// The last step that was read of those that led to the current weights.
+    pub fn last_step(&self) -> Option<&Step> {
+        self.state.last.as_ref()
     }
 
     /// [`step`](Self::step) without a look at the losses, and so without waiting for the device.
@@ -416,6 +424,7 @@ impl<B: AutodiffBackend> State<B> {
             optimizer: Optimizer::new(config.optimizer, config.weight_decay),
             schedule,
             iteration: 0,
+            last: None,
         })
     }
 }

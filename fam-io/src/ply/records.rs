@@ -41,6 +41,10 @@ impl Records {
             Err(_) if bytes.len() as u64 == LONGEST_HEADER => return Ok(None),
             header => header?,
         };
+        if header.end as u64 == LONGEST_HEADER {
+            // There may be more of its last line.
+            return Ok(None);
+        }
         bytes.truncate(header.end);
         let Some(vertices) = header.element("vertex") else {
             return Ok(None);
@@ -58,7 +62,7 @@ impl Records {
         if header.encoding == Encoding::Ascii || element.count == 0 {
             return Ok(None);
         }
-        let found = (length - header.end as u64) / size as u64;
+        let found = length.saturating_sub(header.end as u64) / size as u64;
         if found < element.count {
             return Err(ReadFault::Truncated {
                 element: element.title(),

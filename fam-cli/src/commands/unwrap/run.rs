@@ -10,7 +10,7 @@ use fam_io::{Document, Format, WriteOptions};
 
 use crate::args;
 use crate::backend::Backend;
-use crate::budget::{Plan, Stop};
+use crate::budget::{self, Plan, Stop};
 use crate::config::{self, Config, FinishMode};
 use crate::failure::Failure;
 use crate::finish::Finish;
@@ -151,7 +151,9 @@ impl Run {
             quiet: arguments.quiet,
             stop: Stop {
                 interrupt: &self.stop,
-                deadline: arguments.time_budget.map(|budget| started + budget),
+                deadline: arguments
+                    .time_budget
+                    .map(|budget| budget::deadline(started, budget)),
             },
         };
         let layout = finish.run(&flattened).map_err(abandon)?;
