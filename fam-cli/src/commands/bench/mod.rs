@@ -6,6 +6,7 @@ mod timed;
 use std::process::{Command, ExitCode, Stdio};
 
 use clap::ValueEnum;
+use fam_core::training::OptimizerKind;
 use serde_json::{Value, json};
 
 use crate::args::{self, BackendName, name_of};
@@ -46,6 +47,8 @@ fn available() -> Vec<BackendName> {
 fn here(arguments: &args::Bench, name: BackendName) -> Result<Measurement, Failure> {
     let backend = Backend::choose(name)?;
     let mut config = Config::of(arguments.preset).training;
+    // SOAP makes so much of rounding that the losses of backends could not be compared.
+    config.optimizer = OptimizerKind::AdamW;
     if let Some(jacobian) = arguments.jacobian {
         config.jacobian = jacobian.into();
     }
