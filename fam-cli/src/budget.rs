@@ -13,8 +13,8 @@ use crate::backend::Job;
 use crate::failure::Failure;
 use crate::surface::Parting;
 
-/// Share of the time that is left to finishing. It takes an eighth to a half of what training takes
-/// at the fast preset, and stops when the time is up.
+/// Share of the time that is left to finishing. On the meshes of docs/finishing.md it takes up to
+/// two fifths of what training takes at the fast preset; it stops when the time is up.
 const FINISHING_SHARE: f64 = 0.3;
 
 /// Share of the time that is left to seams, pictures and files.

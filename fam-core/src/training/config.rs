@@ -16,8 +16,8 @@ const MAX_WIDTH: usize = 8_192;
 /// More would take longer than training itself several times over.
 const MAX_STARTS: usize = 64;
 
-/// What is left of the weight of ℓ_wrap when the surface is open. Until then it leads: with a third
-/// from the beginning, surfaces open badly. After that it stands in the way of the other terms.
+/// What is left of the weight of ℓ_wrap when the surface is open. Until then it leads; after that it
+/// stands in the way of the other terms (docs/performance.md).
 const WRAP_AFTER_OPENING: f64 = 0.1;
 
 /// Share of the iterations in which it falls there, geometrically.

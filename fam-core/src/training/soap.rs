@@ -10,16 +10,14 @@ const BETA: f32 = 0.95;
 /// Added to the root of the mean square, as in Adam.
 const EPSILON: f32 = 1e-8;
 
-/// Steps between two turns of the bases. Every fifth step instead of every tenth made no
-/// difference that could be told from that of another seed.
+/// Steps between two turns of the bases, as in the authors' program; a turn waits for the device.
 const TURN_EVERY: usize = 10;
 
 /// SOAP (Vyas et al., *Improving and Stabilizing Shampoo using Adam*, 2024): Adam, for matrices in
 /// the eigenbases of the running means of G·Gᵀ and Gᵀ·G of their gradients G.
 ///
-/// A step in that basis is a step of Adam in which the directions do not compete: networks on
-/// coordinates, trained on the same points again and again, get about as far in a third of
-/// the steps. Parameters that are no matrices take plain steps of Adam.
+/// A step in that basis is a step of Adam in which the directions do not compete. Parameters that
+/// are no matrices take plain steps of Adam. The first gradient of a matrix only gives its bases.
 #[derive(Debug, Clone)]
 pub struct Soap {
     /// Decoupled, as in AdamW.
