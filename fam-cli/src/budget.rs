@@ -26,6 +26,17 @@ const PROBE: usize = 10;
 /// Iterations that are always made, and the most, which are the paper's.
 const ITERATIONS: std::ops::RangeInclusive<usize> = 50..=10_000;
 
+/// Widths and points of larger trainings, in the proportion of the preset `fast`. There is more in
+/// them than in more steps: docs/performance.md.
+const LARGER: [(usize, usize); 6] = [
+    (96, 1_500),
+    (128, 2_000),
+    (192, 3_000),
+    (256, 4_000),
+    (384, 6_000),
+    (512, 8_000),
+];
+
 /// With fewer steps than this there is a single start.
 const FEW_STEPS: usize = 300;
 
@@ -72,7 +83,8 @@ pub fn duration(text: &str) -> Result<Duration, String> {
         .ok_or_else(|| "a time is a number above 0 and s, m or h, such as 30s".to_owned())
 }
 
-/// Measures some steps and chooses the iterations that a time allows.
+/// Measures some steps and chooses what a time allows: the iterations and, of the preset `fast`, the
+/// width and the points.
 pub struct Plan<'a> {
     pub config: &'a TrainingConfig,
     pub surface: &'a Surface,
@@ -92,12 +104,57 @@ impl Job for Plan<'_> {
         strategies: Strategies<B>,
     ) -> Self::Output {
         let started = Instant::now();
+        let reserved = match self.finished {
+            true => FINISHING_SHARE + WRITING_SHARE,
+            false => WRITING_SHARE,
+        };
+        let training = self.budget.as_secs_f64() * (1.0 - reserved);
+        let steps = |config: &TrainingConfig| {
+            let pace = self.pace::<B>(config, device, &strategies)?;
+            let left = training - started.elapsed().as_secs_f64() - pace.start;
+            Ok::<f64, Failure>(left / pace.step)
+        };
+        let mut chosen = (self.config.clone(), steps(self.config)?);
+        for larger in larger(self.config) {
+            // Of a larger training each step takes longer, by the number of points at least.
+            let most = chosen.1 * chosen.0.points as f64 / larger.points as f64;
+            if most < larger.steps() as f64 {
+                break;
+            }
+            let steps = steps(&larger)?;
+            if steps < larger.steps() as f64 {
+                break;
+            }
+            chosen = (larger, steps);
+        }
+        if self.interrupt.load(Ordering::Relaxed) {
+            // What was measured is worth nothing.
+            return Ok(self.config.clone());
+        }
+        Ok(planned(&chosen.0, chosen.1))
+    }
+}
+
+/// How fast training is, in seconds.
+struct Pace {
+    step: f64,
+    /// What it takes beside its steps.
+    start: f64,
+}
+
+impl Plan<'_> {
+    fn pace<B: AutodiffBackend>(
+        &self,
+        config: &TrainingConfig,
+        device: &B::Device,
+        strategies: &Strategies<B>,
+    ) -> Result<Pace, Failure> {
         let seconds =
             |iterations: usize| {
                 let config = TrainingConfig {
                     iterations,
                     starts: 1,
-                    ..self.config.clone()
+                    ..config.clone()
                 };
                 let division = Division {
                     labels: &self.parting.labels,
@@ -118,19 +175,23 @@ impl Job for Plan<'_> {
         seconds(2)?;
         let (few, many) = (seconds(2)?, seconds(2 + PROBE)?);
         let step = ((many - few) / PROBE as f64).max(1e-6);
-        let reserved = match self.finished {
-            true => FINISHING_SHARE + WRITING_SHARE,
-            false => WRITING_SHARE,
-        };
-        let left = self.budget.as_secs_f64() * (1.0 - reserved)
-            - started.elapsed().as_secs_f64()
-            - (few - 2.0 * step).max(0.0);
-        if self.interrupt.load(Ordering::Relaxed) {
-            // What was measured is worth nothing.
-            return Ok(self.config.clone());
-        }
-        Ok(planned(self.config, left / step))
+        Ok(Pace {
+            step,
+            start: (few - 2.0 * step).max(0.0),
+        })
     }
+}
+
+/// Larger trainings than the preset `fast`; none if the width or the points are not its own.
+fn larger(config: &TrainingConfig) -> impl Iterator<Item = TrainingConfig> {
+    let fast = TrainingConfig::fast();
+    let own = config.networks.width == fast.networks.width && config.points == fast.points;
+    let sizes = LARGER.into_iter().filter(move |_| own);
+    sizes.map(|(width, points)| TrainingConfig {
+        points,
+        networks: config.networks.clone().with_width(width),
+        ..config.clone()
+    })
 }
 
 /// The configuration that takes about so many steps.
@@ -184,5 +245,21 @@ mod tests {
         assert_eq!((short.starts, short.iterations), (1, 200));
         assert_eq!(planned(&fast, -5.0).iterations, *ITERATIONS.start());
         assert_eq!(planned(&fast, 1e9).iterations, *ITERATIONS.end());
+    }
+
+    #[test]
+    fn only_the_size_of_the_preset_is_changed() {
+        let fast = TrainingConfig::fast();
+        let sizes: Vec<_> = larger(&fast)
+            .map(|c| (c.networks.width, c.points))
+            .collect();
+        assert_eq!(sizes, LARGER);
+        assert!(larger(&fast).all(|c| c.steps() == fast.steps() && c.problem().is_none()));
+        let points = TrainingConfig {
+            points: 999,
+            ..fast
+        };
+        assert_eq!(larger(&points).count(), 0);
+        assert_eq!(larger(&TrainingConfig::paper()).count(), 0);
     }
 }

@@ -36,9 +36,6 @@ pub struct UnwrapBranch<B: Backend> {
     pub p_cycle_normals: Tensor<B, 2>,
     /// J_f: the derivative of P_cycle with respect to Q.
     pub jacobian: Jacobian<B>,
-    /// The derivatives of Q along two tangents of the surface, each `[N, 2]`, where these are
-    /// given.
-    pub flattening: Option<Jacobian<B>>,
 }
 
 impl<B: Backend> FlattenAnything<B> {
@@ -82,22 +79,16 @@ impl<B: Backend> FlattenAnything<B> {
         }
     }
 
-    /// The 3D→2D→3D cycle of surface points P `[N, 3]`. With two orthonormal `tangents` of the
-    /// surface at each, `[N, 3]`, the flattening there as well.
+    /// The 3D→2D→3D cycle of surface points P `[N, 3]`.
     pub fn unwrap_branch(
         &self,
         p: Tensor<B, 2>,
-        tangents: Option<[Tensor<B, 2>; 2]>,
         jacobian: JacobianMode,
         cut_net: bool,
         evaluation: &dyn Evaluation<B>,
     ) -> UnwrapBranch<B> {
-        let tangents = tangents.into_iter().flatten().collect();
-        let (p_cut, pushed) = self.open(p, tangents, cut_net, evaluation);
-        let (q, pushed) = self
-            .unwrap
-            .forward_with_tangents(p_cut.clone(), pushed, evaluation);
-        let flattening = <[_; 2]>::try_from(pushed).ok();
+        let (p_cut, _) = self.open(p, Vec::new(), cut_net, evaluation);
+        let q = self.unwrap.forward(p_cut.clone(), evaluation);
         let (wrapped, jacobian) = jacobian.wrap(&self.wrap, q.clone(), evaluation);
         UnwrapBranch {
             p_cut,
@@ -105,8 +96,24 @@ impl<B: Backend> FlattenAnything<B> {
             p_cycle: wrapped.points,
             p_cycle_normals: wrapped.normals,
             jacobian,
-            flattening: flattening.map(|[u, v]| Jacobian { u, v }),
         }
+    }
+
+    /// The derivatives of Q at `points` `[N, 3]` of the surface along two orthonormal `tangents`
+    /// of it, each `[N, 3]`.
+    pub fn flattening(
+        &self,
+        points: Tensor<B, 2>,
+        tangents: [Tensor<B, 2>; 2],
+        cut_net: bool,
+        evaluation: &dyn Evaluation<B>,
+    ) -> Jacobian<B> {
+        let (p_cut, tangents) = self.open(points, tangents.into(), cut_net, evaluation);
+        let (_, pushed) = self
+            .unwrap
+            .forward_with_tangents(p_cut, tangents, evaluation);
+        let [u, v] = <[_; 2]>::try_from(pushed).expect("two tangents went in");
+        Jacobian { u, v }
     }
 
     /// P_cut, and the tangents of the opened surface.

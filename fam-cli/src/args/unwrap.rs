@@ -82,9 +82,11 @@ pub struct Unwrap {
 
     /// Plan training, and stop refining the layout, so that a file takes about so long: `30s`, `2m`
     ///
-    /// Some steps are measured first, on which the number of iterations depends; config.toml has
-    /// it, and gives the same raw map again. Training takes at least 50 iterations, and the
-    /// paper's 10,000 at most; with fewer than 300 there is a single start.
+    /// Some steps are measured first. If there is time for more than those of the preset `fast`, its
+    /// networks and points grow (unless --points or --config set them); then the number of
+    /// iterations is chosen. config.toml has all of it, and gives the same raw map again. Training
+    /// takes at least 50 iterations, and the paper's 10,000 at most; with fewer than 300 there is a
+    /// single start.
     #[arg(long, value_name = "TIME", value_parser = crate::budget::duration, conflicts_with = "iterations")]
     pub time_budget: Option<std::time::Duration>,
 

@@ -6,6 +6,7 @@
 
 mod buffers;
 mod kernel;
+mod stacked;
 #[cfg(test)]
 mod tests;
 mod tiled;
@@ -14,6 +15,7 @@ use burn::tensor::{Tensor, backend::Backend};
 
 use crate::networks::Mlp;
 
+pub use stacked::Stacked;
 pub use tiled::Tiled;
 
 /// Evaluates the MLPs of a sub-network, differentiably with respect to their weights and all

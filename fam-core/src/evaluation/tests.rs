@@ -112,16 +112,30 @@ fn tiles_are_the_plain_operations() {
 }
 
 #[test]
+fn stacks_are_the_plain_operations() {
+    // One point, a block, a number without divisors, several blocks.
+    for (points, tangents) in [(1, 2), (60, 0), (1_009, 1), (4_000, 0), (3_000, 2)] {
+        let plain = evaluate(&Plain, points, tangents);
+        let found = evaluate(&Stacked, points, tangents);
+        for (i, (a, b)) in found.iter().zip(&plain).enumerate() {
+            assert!(close(a, b), "{points} points, {tangents} tangents: {i}");
+        }
+    }
+}
+
+#[test]
 fn an_mlp_of_one_layer_without_bias_is_linear() {
     let mut xi = model().unwrap.mlp;
     xi.layers.truncate(1);
     xi.layers[0].bias = None;
     let x = tensor(300, 3, 4);
     let plain = host(Plain.single(&xi, x.clone(), Vec::new()).0);
-    assert!(close(
-        &host(Tiled::default().single(&xi, x, Vec::new()).0),
-        &plain
-    ));
+    for other in [&Tiled::default() as &dyn Evaluation<Cpu>, &Stacked] {
+        assert!(close(
+            &host(other.single(&xi, x.clone(), Vec::new()).0),
+            &plain
+        ));
+    }
 }
 
 /// Inputs or weights that are constants have no gradient, and the others that of before.

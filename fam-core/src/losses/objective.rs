@@ -8,6 +8,7 @@ use super::{
     uv_cycle_loss,
 };
 use crate::cycles::{DeformBranch, UnwrapBranch};
+use crate::jacobian::Jacobian;
 use crate::neighbors::NeighborSearch;
 
 /// K_u: neighbours that the unwrapping loss keeps apart (the paper's appendix).
@@ -118,7 +119,7 @@ pub struct Losses<B: Backend> {
 }
 
 impl<B: Backend> Losses<B> {
-    /// The terms of the branches that are given.
+    /// The terms of the branches and of the `flattening` that are given.
     ///
     /// `p` `[N, 3]` are the surface points, `normals` `[N, 3]` theirs; without them the normals'
     /// term is dropped.
@@ -128,6 +129,7 @@ impl<B: Backend> Losses<B> {
         normals: Option<Tensor<B, 2>>,
         deform: Option<DeformBranch<B>>,
         unwrap: Option<UnwrapBranch<B>>,
+        flattening: Option<Jacobian<B>>,
         search: &dyn NeighborSearch<B>,
     ) -> Self {
         let lattice_size = match &deform {
@@ -151,6 +153,8 @@ impl<B: Backend> Losses<B> {
         if let Some(deform) = deform {
             let nearest_p = search.nearest(p.clone().detach(), deform.p_hat.clone().detach());
             let nearest_p_hat = search.nearest(deform.p_hat.clone().detach(), p.clone().detach());
+            let nearest_p = search.gather(p.clone(), nearest_p);
+            let nearest_p_hat = search.gather(deform.p_hat.clone(), nearest_p_hat);
             let chamfer = chamfer_distance(deform.p_hat, p.clone(), nearest_p, nearest_p_hat);
             terms.push((LossTerm::Wrap, chamfer.larger()));
             if objective == Objective::Reference {
@@ -178,9 +182,9 @@ impl<B: Backend> Losses<B> {
                 ));
             }
             terms.push((LossTerm::ConformalityF, conformality_loss(unwrap.jacobian)));
-            if let Some(flattening) = unwrap.flattening {
-                terms.push((LossTerm::Flattening, flattening_loss(flattening)));
-            }
+        }
+        if let Some(flattening) = flattening {
+            terms.push((LossTerm::Flattening, flattening_loss(flattening)));
         }
         Self { terms }
     }
@@ -205,5 +209,6 @@ fn spread_loss<B: Backend>(
 ) -> Tensor<B, 1> {
     let k = NEIGHBORS.min(q.dims()[0] - 1);
     let neighbors = search.nearest_others(q.clone().detach(), k);
-    unwrapping_loss(q, neighbors, epsilon)
+    let near = search.gather(q.clone(), neighbors);
+    unwrapping_loss(q, near, epsilon)
 }

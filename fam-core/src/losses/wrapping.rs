@@ -1,4 +1,4 @@
-use burn::tensor::{Int, Tensor, backend::Backend};
+use burn::tensor::{Tensor, backend::Backend};
 
 /// Distances below this count as zero: the square root has no derivative there.
 const SMALLEST_SQUARED_DISTANCE: f32 = 1e-14;
@@ -21,16 +21,17 @@ impl<B: Backend> ChamferDistance<B> {
 
 /// The Chamfer distance between P̂ `[M, 3]` and P `[N, 3]`: mean distances, not squared.
 ///
-/// `nearest_p` `[M]` indexes P for each P̂, `nearest_p_hat` `[N]` indexes P̂ for each P.
+/// `nearest_p` `[M, 3]` is the nearest P to each P̂, `nearest_p_hat` `[N, 3]` the nearest P̂ to
+/// each P, as from [`NeighborSearch::gather`](crate::neighbors::NeighborSearch::gather).
 pub fn chamfer_distance<B: Backend>(
     p_hat: Tensor<B, 2>,
     p: Tensor<B, 2>,
-    nearest_p: Tensor<B, 1, Int>,
-    nearest_p_hat: Tensor<B, 1, Int>,
+    nearest_p: Tensor<B, 2>,
+    nearest_p_hat: Tensor<B, 2>,
 ) -> ChamferDistance<B> {
     ChamferDistance {
-        to_surface: mean_distance(p_hat.clone(), p.clone().select(0, nearest_p)),
-        from_surface: mean_distance(p, p_hat.select(0, nearest_p_hat)),
+        to_surface: mean_distance(p_hat, nearest_p),
+        from_surface: mean_distance(p, nearest_p_hat),
     }
 }
 

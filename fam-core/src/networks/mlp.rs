@@ -107,6 +107,6 @@ fn affine<B: Backend>(layer: &Linear<B>, x: Tensor<B, 2>) -> Tensor<B, 2> {
 ///
 /// Two passes over floats instead of a mask and its conversion: scaled this far, every
 /// input but one below 1e-30 in size lands outside the bounds.
-fn activation_slope<B: Backend>(x: Tensor<B, 2>) -> Tensor<B, 2> {
+pub(crate) fn activation_slope<B: Backend, const D: usize>(x: Tensor<B, D>) -> Tensor<B, D> {
     (x.detach() * 1e30).clamp(NEGATIVE_SLOPE, 1.0)
 }

@@ -12,8 +12,8 @@ mod wrap;
 
 pub use cut::CutNet;
 pub use deform::DeformNet;
-pub(crate) use mlp::NEGATIVE_SLOPE;
 pub use mlp::{Mlp, Slopes};
+pub(crate) use mlp::{NEGATIVE_SLOPE, activation_slope};
 pub use model::{FlattenAnything, FlattenAnythingConfig};
 pub use unwrap::UnwrapNet;
 pub use wrap::{WrapNet, Wrapped};

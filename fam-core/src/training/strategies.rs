@@ -2,6 +2,8 @@ use std::sync::Arc;
 
 use burn::tensor::backend::Backend;
 
+#[cfg(feature = "cube")]
+use crate::evaluation::Stacked;
 use crate::evaluation::{Evaluation, Plain, Tiled};
 #[cfg(feature = "cube")]
 use crate::neighbors::BruteForce;
@@ -44,7 +46,7 @@ impl<B: Backend> Strategies<B> {
         }
     }
 
-    /// Burn's operations and neighbours found on the device, with no word from there in most
+    /// Sub-networks in stacks and neighbours found on the device, with no word from there in most
     /// steps, for backends that compile kernels by CubeCL.
     #[cfg(feature = "cube")]
     pub fn on_device() -> Self
@@ -52,7 +54,7 @@ impl<B: Backend> Strategies<B> {
         BruteForce: NeighborSearch<B>,
     {
         Self {
-            evaluation: Arc::new(Plain),
+            evaluation: Arc::new(Stacked),
             search: Arc::new(BruteForce),
             read_every: READ_EVERY,
         }

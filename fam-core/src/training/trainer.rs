@@ -1,10 +1,11 @@
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use burn::lr_scheduler::LrScheduler;
 use burn::lr_scheduler::cosine::{CosineAnnealingLrScheduler, CosineAnnealingLrSchedulerConfig};
 use burn::module::AutodiffModule;
 use burn::optim::GradientsParams;
-use burn::tensor::backend::AutodiffBackend;
+use burn::tensor::backend::{AutodiffBackend, Backend};
 use burn::tensor::{Tensor, TensorData};
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
@@ -15,7 +16,7 @@ use crate::cycles::lattice;
 use crate::losses::{LossTerm, Losses, Objective};
 use crate::map::TrainedMap;
 use crate::networks::FlattenAnything;
-use crate::sampling::{PointSource, Sample, TangentsFrom};
+use crate::sampling::{PointSource, Sample, TangentSource};
 use crate::surface::{Normalization, Surface, SurfaceError};
 
 /// What one iteration did.
@@ -65,7 +66,8 @@ pub struct Trainer<B: AutodiffBackend> {
     device: B::Device,
     normalization: Normalization,
     source: PointSource,
-    rng: Pcg64,
+    /// Where ℓ_flat is evaluated, if it has a weight.
+    flattened: Option<Arc<TangentSource>>,
     fixed: Option<Batch<B>>,
     lattice: Tensor<B, 2>,
     state: State<B>,
@@ -81,6 +83,8 @@ struct State<B: AutodiffBackend> {
     last_good: FlattenAnything<B>,
     optimizer: Optimizer<B>,
     schedule: CosineAnnealingLrScheduler,
+    /// Draws the points of each step.
+    rng: Pcg64,
     /// Steps from this start.
     iteration: usize,
     /// The last of them that was read.
@@ -92,7 +96,6 @@ struct State<B: AutodiffBackend> {
 struct Batch<B: AutodiffBackend> {
     points: Tensor<B, 2>,
     normals: Option<Tensor<B, 2>>,
-    tangents: Option<[Tensor<B, 2>; 2]>,
 }
 
 impl<B: AutodiffBackend> Trainer<B> {
@@ -133,21 +136,20 @@ impl<B: AutodiffBackend> Trainer<B> {
             return Err(SurfaceError::TooSmall("its triangles have no area").into());
         }
         let mut rng = Pcg64::seed_from_u64(config.seed);
-        let tangents_from = match surface {
-            Surface::PointCloud(_) if !config.normals => TangentsFrom::Points,
-            _ => TangentsFrom::Normals,
-        };
         let source = PointSource::new(
             surface,
             &normalization,
             config.sampling,
             config.points,
-            (config.weights.flattening > 0.0).then_some(tangents_from),
             &mut rng,
         )?;
         if source.count() < MIN_POINTS {
             return Err(SurfaceError::TooSmall("it has fewer than 4 points").into());
         }
+        let flattened = (config.weights.flattening > 0.0)
+            .then(|| TangentSource::new(surface, &normalization, config.normals))
+            .flatten()
+            .map(Arc::new);
         let fixed = source
             .is_fixed()
             .then(|| Batch::new(source.draw(&mut rng), config.normals, device));
@@ -158,7 +160,7 @@ impl<B: AutodiffBackend> Trainer<B> {
             device: device.clone(),
             normalization,
             source,
-            rng,
+            flattened,
             fixed,
             lattice: Tensor::from_data(TensorData::new(rows, shape), device),
             state,
@@ -171,7 +173,7 @@ impl<B: AutodiffBackend> Trainer<B> {
     /// Normalised points as one iteration sees them. Where they are drawn anew each time, this
     /// draws as well, and training goes on with other points than it would have.
     pub fn sample(&mut self) -> Sample {
-        self.source.draw(&mut self.rng)
+        self.source.draw(&mut self.state.rng)
     }
 
     /// How many points each iteration trains on.
@@ -186,7 +188,7 @@ impl<B: AutodiffBackend> Trainer<B> {
         let batch = match &self.fixed {
             Some(batch) => batch.clone(),
             None => Batch::new(
-                self.source.draw(&mut self.rng),
+                self.source.draw(&mut self.state.rng),
                 self.config.normals,
                 &self.device,
             ),
@@ -211,18 +213,33 @@ impl<B: AutodiffBackend> Trainer<B> {
         let unwrap = (without != Ablation::UnwrapBranch).then(|| {
             model.unwrap_branch(
                 batch.points.clone(),
-                batch.tangents.clone(),
                 jacobian,
                 cut_net,
                 &*self.strategies.evaluation,
             )
         });
+        let flattening = self.flattened.clone();
+        let flattening = flattening
+            .filter(|_| without != Ablation::UnwrapBranch)
+            .map(|source| {
+                let count = self.source.count().div_ceil(FLATTENED);
+                let planes = source.draw(count, &mut self.state.rng);
+                let tangents = [0, 1].map(|k| planes.tangents.iter().map(|pair| pair[k]).collect());
+                let evaluation = &*self.strategies.evaluation;
+                self.state.model.flattening(
+                    rows(planes.points, &self.device),
+                    tangents.map(|tangents| rows(tangents, &self.device)),
+                    cut_net,
+                    evaluation,
+                )
+            });
         Losses::of(
             objective,
             batch.points,
             batch.normals,
             deform,
             unwrap,
+            flattening,
             &*self.strategies.search,
         )
     }
@@ -423,30 +440,36 @@ impl<B: AutodiffBackend> State<B> {
             model,
             optimizer: Optimizer::new(config.optimizer, config.weight_decay),
             schedule,
+            // Other numbers than those that a fixed sample was drawn by.
+            rng: Pcg64::seed_from_u64(!config.seed.wrapping_add(seed)),
             iteration: 0,
             last: None,
         })
     }
 }
 
+/// Points of an iteration for each point at which ℓ_flat is evaluated. These are fresh ones each time:
+/// as many as the others would take longer and end the same (docs/performance.md).
+const FLATTENED: usize = 2;
+
 /// Fewer points have no three neighbours each.
 const MIN_POINTS: usize = 4;
 
 impl<B: AutodiffBackend> Batch<B> {
     fn new(sample: Sample, with_normals: bool, device: &B::Device) -> Self {
-        let tensor = |rows: Vec<[f32; 3]>| {
-            let shape = [rows.len(), 3];
-            Tensor::from_data(TensorData::new(rows.into_flattened(), shape), device)
-        };
-        let tangents = sample
-            .tangents
-            .map(|tangents| [0, 1].map(|k| tensor(tangents.iter().map(|pair| pair[k]).collect())));
         Self {
-            points: tensor(sample.points),
-            tangents,
-            normals: sample.normals.filter(|_| with_normals).map(tensor),
+            points: rows(sample.points, device),
+            normals: sample
+                .normals
+                .filter(|_| with_normals)
+                .map(|normals| rows(normals, device)),
         }
     }
+}
+
+fn rows<B: Backend>(rows: Vec<[f32; 3]>, device: &B::Device) -> Tensor<B, 2> {
+    let shape = [rows.len(), 3];
+    Tensor::from_data(TensorData::new(rows.into_flattened(), shape), device)
 }
 
 /// Trains on a surface until the iterations are done or `observe` breaks off; it is called after

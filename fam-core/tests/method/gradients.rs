@@ -122,19 +122,15 @@ impl Problem {
     fn total(&self, model: &FlattenAnything<Cpu>, weights: &LossWeights) -> Tensor<Cpu, 1> {
         let on_g = (self.objective == Objective::Paper).then_some(self.mode);
         let deform = model.deform_branch(self.input("grid"), on_g, true, &Plain);
-        let unwrap = model.unwrap_branch(
-            self.input("points"),
-            Some(self.tangents()),
-            self.mode,
-            true,
-            &Plain,
-        );
+        let unwrap = model.unwrap_branch(self.input("points"), self.mode, true, &Plain);
+        let flattening = model.flattening(self.input("points"), self.tangents(), true, &Plain);
         Losses::of(
             self.objective,
             self.input("points"),
             Some(self.input("normals")),
             Some(deform),
             Some(unwrap),
+            Some(flattening),
             &KdTree,
         )
         .total(weights)

@@ -101,4 +101,8 @@ impl<B: AutodiffBackend> NeighborSearch<B> for TimedSearch<B> {
         let work = || self.inner.nearest_others(points, k);
         self.clocks.neighbors.time::<B, _>(&device, work)
     }
+
+    fn gather(&self, points: Tensor<B, 2>, indices: Tensor<B, 1, Int>) -> Tensor<B, 2> {
+        self.inner.gather(points, indices)
+    }
 }

@@ -4,9 +4,10 @@ use burn_cubecl::kernel::into_contiguous;
 use burn_cubecl::ops::numeric::empty_device_contiguous_dtype;
 use burn_cubecl::tensor::CubeTensor;
 
-/// Queries of one workgroup, and points that it holds in shared memory at once: small enough for
-/// every graphics API (3 KiB), and some forty groups at the paper's 10,000 points.
-const GROUP: u32 = 256;
+/// Rows of one workgroup, and points or indices that it holds in shared memory at once: small
+/// enough for every graphics API (1 KiB), and at the paper's 10,000 points a group for each
+/// multiprocessor of a large GPU.
+const GROUP: u32 = 64;
 
 /// For each of `queries` `[M, D]` the indices of its `k` nearest `points` `[N, D]`, nearest first,
 /// in `[M · k]`. With `others`, the queries are the points, and none is its own neighbour.
@@ -123,6 +124,81 @@ fn nearest_kernel(
         #[unroll]
         for i in 0..k {
             output[query * k + i] = nearest[i];
+        }
+    }
+}
+
+/// The sums `[rows, D]` of those of `values` `[M, D]` that have the same index in `indices` `[M]`,
+/// in their order.
+pub(super) fn sum_by_index<R: CubeRuntime>(
+    values: CubeTensor<R>,
+    indices: CubeTensor<R>,
+    rows: usize,
+) -> CubeTensor<R> {
+    let values = into_contiguous(values);
+    let indices = into_contiguous(indices);
+    let dimension = values.meta.shape()[1];
+    let output = empty_device_contiguous_dtype(
+        values.client.clone(),
+        values.device.clone(),
+        [rows, dimension].into(),
+        burn::tensor::DType::F32,
+    );
+    sum_by_index_kernel::launch::<R>(
+        &output.client,
+        CubeCount::Static((rows as u32).div_ceil(GROUP), 1, 1),
+        CubeDim::new_1d(GROUP),
+        values.into_array_arg(),
+        indices.into_array_arg(),
+        output.clone().into_array_arg(),
+        dimension,
+    );
+    output
+}
+
+/// One unit for each row of the output. The group goes through all indices together.
+#[cube(launch)]
+fn sum_by_index_kernel(
+    values: &Array<f32>,
+    indices: &Array<i32>,
+    output: &mut Array<f32>,
+    #[comptime] dimension: usize,
+) {
+    let group = comptime!(GROUP as usize);
+    let count = indices.len();
+    let row = ABSOLUTE_POS;
+
+    let mut sum = Array::<f32>::new(dimension);
+    #[unroll]
+    for c in 0..dimension {
+        sum[c] = 0.0;
+    }
+
+    let mut tile = SharedMemory::<i32>::new(comptime!(GROUP as usize));
+    let tiles = count.div_ceil(group);
+    for t in 0..tiles {
+        let first = t * group;
+        let own = first + UNIT_POS as usize;
+        if own < count {
+            tile[UNIT_POS as usize] = indices[own];
+        }
+        sync_cube();
+        let filled = min(group, count - first);
+        for j in 0..filled {
+            if tile[j] == i32::cast_from(row) {
+                #[unroll]
+                for c in 0..dimension {
+                    sum[c] += values[(first + j) * dimension + c];
+                }
+            }
+        }
+        sync_cube();
+    }
+
+    if row < output.len() / dimension {
+        #[unroll]
+        for c in 0..dimension {
+            output[row * dimension + c] = sum[c];
         }
     }
 }

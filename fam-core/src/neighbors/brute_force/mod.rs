@@ -2,6 +2,7 @@
 
 #[cfg(feature = "fusion")]
 mod fusion;
+mod gather;
 mod kernel;
 
 use burn::tensor::backend::Backend;
@@ -31,6 +32,14 @@ pub trait BruteForceBackend: Backend {
         k: usize,
         others: bool,
     ) -> IntTensor<Self>;
+
+    /// The sums `[rows, D]` of those of `values` `[M, D]` that have the same of `indices` `[M]`;
+    /// floats and integers of 32 bits, and D is at most 3.
+    fn sum_by_index(
+        values: FloatTensor<Self>,
+        indices: IntTensor<Self>,
+        rows: usize,
+    ) -> FloatTensor<Self>;
 }
 
 impl<R, F, I, BT> BruteForceBackend for CubeBackend<R, F, I, BT>
@@ -47,6 +56,14 @@ where
         others: bool,
     ) -> IntTensor<Self> {
         kernel::nearest(points, queries, k, others)
+    }
+
+    fn sum_by_index(
+        values: FloatTensor<Self>,
+        indices: IntTensor<Self>,
+        rows: usize,
+    ) -> FloatTensor<Self> {
+        kernel::sum_by_index(values, indices, rows)
     }
 }
 
@@ -65,6 +82,15 @@ impl<B: BruteForceBackend, C: CheckpointStrategy> NeighborSearch<Autodiff<B, C>>
         k: usize,
     ) -> Tensor<Autodiff<B, C>, 1, Int> {
         search(points.clone(), points, k, true)
+    }
+
+    /// As by default, but for the gradient: Burn adds up the rows of one index after the other.
+    fn gather(
+        &self,
+        points: Tensor<Autodiff<B, C>, 2>,
+        indices: Tensor<Autodiff<B, C>, 1, Int>,
+    ) -> Tensor<Autodiff<B, C>, 2> {
+        gather::rows(points, indices)
     }
 }
 
