@@ -13,9 +13,12 @@ use crate::backend::Job;
 use crate::failure::Failure;
 use crate::surface::Parting;
 
-/// Share of the time that is left to finishing. On the meshes of docs/finishing.md it takes up to
-/// two fifths of what training takes at the fast preset; it stops when the time is up.
+/// Share of the time that is left to finishing, at most.
 const FINISHING_SHARE: f64 = 0.3;
+
+/// Time for finishing, in times of the preset's training: on the meshes of docs/finishing.md it takes
+/// up to two fifths of that. It stops when the time is up.
+const FINISHING_TRAININGS: f64 = 0.45;
 
 /// Share of the time that is left to seams, pictures and files.
 const WRITING_SHARE: f64 = 0.05;
@@ -26,16 +29,9 @@ const PROBE: usize = 10;
 /// Iterations that are always made, and the most, which are the paper's.
 const ITERATIONS: std::ops::RangeInclusive<usize> = 50..=10_000;
 
-/// Widths and points of larger trainings, in the proportion of the preset `fast`. There is more in
-/// them than in more steps: docs/performance.md.
-const LARGER: [(usize, usize); 6] = [
-    (96, 1_500),
-    (128, 2_000),
-    (192, 3_000),
-    (256, 4_000),
-    (384, 6_000),
-    (512, 8_000),
-];
+/// Widths and points of larger trainings, in the proportion of the preset `fast`: maps get better by
+/// them, and not by more steps (docs/performance.md).
+const LARGER: [(usize, usize); 2] = [(96, 1_500), (128, 2_000)];
 
 /// With fewer steps than this there is a single start.
 const FEW_STEPS: usize = 300;
@@ -104,51 +100,67 @@ impl Job for Plan<'_> {
         strategies: Strategies<B>,
     ) -> Self::Output {
         let started = Instant::now();
-        let reserved = match self.finished {
-            true => FINISHING_SHARE + WRITING_SHARE,
-            false => WRITING_SHARE,
-        };
-        let training = self.budget.as_secs_f64() * (1.0 - reserved);
-        let steps = |config: &TrainingConfig| {
-            let pace = self.pace::<B>(config, device, &strategies)?;
-            let left = training - started.elapsed().as_secs_f64() - pace.start;
-            Ok::<f64, Failure>(left / pace.step)
-        };
-        let mut chosen = (self.config.clone(), steps(self.config)?);
-        for larger in larger(self.config) {
-            // Of a larger training each step takes longer, by the number of points at least.
-            let most = chosen.1 * chosen.0.points as f64 / larger.points as f64;
-            if most < larger.steps() as f64 {
-                break;
-            }
-            let steps = steps(&larger)?;
-            if steps < larger.steps() as f64 {
-                break;
-            }
-            chosen = (larger, steps);
-        }
-        if self.interrupt.load(Ordering::Relaxed) {
-            // What was measured is worth nothing.
+        let pace = |config: &TrainingConfig| self.pace::<B>(config, device, &strategies);
+        let Some(own) = pace(self.config)? else {
             return Ok(self.config.clone());
-        }
-        Ok(planned(&chosen.0, chosen.1))
+        };
+        let budget = self.budget.as_secs_f64();
+        let finishing = FINISHING_TRAININGS * own.step * self.config.steps() as f64;
+        let reserved = match self.finished {
+            true => finishing.min(FINISHING_SHARE * budget),
+            false => 0.0,
+        };
+        let training = budget * (1.0 - WRITING_SHARE) - reserved;
+        let left = || training - started.elapsed().as_secs_f64();
+        let (config, pace) = largest(self.config, own, left, pace)?;
+        Ok(planned(&config, (left() - pace.start) / pace.step))
     }
 }
 
+/// The largest training that the time left allows, by the paces that are measured for larger ones.
+fn largest(
+    config: &TrainingConfig,
+    pace: Pace,
+    left: impl Fn() -> f64,
+    mut measure: impl FnMut(&TrainingConfig) -> Result<Option<Pace>, Failure>,
+) -> Result<(TrainingConfig, Pace), Failure> {
+    let mut largest = (config.clone(), pace);
+    for larger in larger(config) {
+        // Not to measure what will not do: a step is not faster for being larger.
+        if largest.1.of(&larger) > left() {
+            break;
+        }
+        match measure(&larger)? {
+            Some(pace) if pace.of(&larger) <= left() => largest = (larger, pace),
+            _ => break,
+        }
+    }
+    Ok(largest)
+}
+
 /// How fast training is, in seconds.
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct Pace {
     step: f64,
     /// What it takes beside its steps.
     start: f64,
 }
 
+impl Pace {
+    /// What the whole training takes.
+    fn of(&self, config: &TrainingConfig) -> f64 {
+        self.start + self.step * config.steps() as f64
+    }
+}
+
 impl Plan<'_> {
+    /// `None` if the user interrupts, and what was measured is worth nothing.
     fn pace<B: AutodiffBackend>(
         &self,
         config: &TrainingConfig,
         device: &B::Device,
         strategies: &Strategies<B>,
-    ) -> Result<Pace, Failure> {
+    ) -> Result<Option<Pace>, Failure> {
         let seconds =
             |iterations: usize| {
                 let config = TrainingConfig {
@@ -172,13 +184,19 @@ impl Plan<'_> {
                 Ok::<f64, Failure>(before.elapsed().as_secs_f64())
             };
         // The first steps allocate, and on a graphics adapter compile.
-        seconds(2)?;
-        let (few, many) = (seconds(2)?, seconds(2 + PROBE)?);
+        let mut taken = [0.0; 3];
+        for (taken, iterations) in taken.iter_mut().zip([2, 2, 2 + PROBE]) {
+            *taken = seconds(iterations)?;
+            if self.interrupt.load(Ordering::Relaxed) {
+                return Ok(None);
+            }
+        }
+        let [_, few, many] = taken;
         let step = ((many - few) / PROBE as f64).max(1e-6);
-        Ok(Pace {
+        Ok(Some(Pace {
             step,
             start: (few - 2.0 * step).max(0.0),
-        })
+        }))
     }
 }
 
@@ -236,7 +254,7 @@ mod tests {
     #[test]
     fn plans_take_as_many_steps_as_there_is_time_for() {
         let fast = TrainingConfig::fast();
-        for steps in [310.0, 1_450.0, 9_999.0] {
+        for steps in [310.0, 1_500.0, 9_999.0] {
             let planned = planned(&fast, steps);
             assert_eq!(planned.starts, fast.starts);
             assert!((planned.steps() as f64 - steps).abs() < 5.0, "{steps}");
@@ -245,6 +263,33 @@ mod tests {
         assert_eq!((short.starts, short.iterations), (1, 200));
         assert_eq!(planned(&fast, -5.0).iterations, *ITERATIONS.start());
         assert_eq!(planned(&fast, 1e9).iterations, *ITERATIONS.end());
+    }
+
+    #[test]
+    fn networks_grow_as_far_as_there_is_time() {
+        let fast = TrainingConfig::fast();
+        let steps = fast.steps() as f64;
+        // Seconds of the whole training, for the widths 64, 96 and 128.
+        let pace = |seconds: f64| Pace {
+            step: (seconds - 1.0) / steps,
+            start: 1.0,
+        };
+        let chosen = |left: f64, stopped_at: usize| {
+            let mut measured = Vec::new();
+            let measure = |config: &TrainingConfig| {
+                let width = config.networks.width;
+                measured.push(width);
+                let seconds = if width == 96 { 40.0 } else { 80.0 };
+                Ok((width != stopped_at).then(|| pace(seconds)))
+            };
+            let (config, chosen) = largest(&fast, pace(20.0), || left, measure).unwrap();
+            (config.networks.width, chosen.of(&fast).round(), measured)
+        };
+        assert_eq!(chosen(19.0, 0), (64, 20.0, vec![]));
+        assert_eq!(chosen(39.0, 0), (64, 20.0, vec![96]));
+        assert_eq!(chosen(41.0, 0), (96, 40.0, vec![96, 128]));
+        assert_eq!(chosen(1e9, 0), (128, 80.0, vec![96, 128]));
+        assert_eq!(chosen(1e9, 96), (64, 20.0, vec![96]));
     }
 
     #[test]

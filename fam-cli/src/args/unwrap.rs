@@ -83,7 +83,7 @@ pub struct Unwrap {
     /// Plan training, and stop refining the layout, so that a file takes about so long: `30s`, `2m`
     ///
     /// Some steps are measured first. If there is time for more than those of the preset `fast`, its
-    /// networks and points grow (unless --points or --config set them); then the number of
+    /// networks and points grow from its own (others stay as they are); then the number of
     /// iterations is chosen. config.toml has all of it, and gives the same raw map again. Training
     /// takes at least 50 iterations, and the paper's 10,000 at most; with fewer than 300 there is a
     /// single start.
@@ -92,8 +92,8 @@ pub struct Unwrap {
 
     /// Fresh weights to start from; once they have opened the surface, only the best go on
     ///
-    /// The preset `fast` has 4, and 15 % of the iterations for opening. The preset `paper` has one
-    /// and no opening, which several would need: `opening = 0.15` in a file for --config.
+    /// The preset `fast` has 6, and 10 % of the iterations for opening. The preset `paper` has one
+    /// and no opening, which several would need: `opening = 0.1` in a file for --config.
     #[arg(long, value_name = "N")]
     pub starts: Option<usize>,
 

@@ -2,11 +2,12 @@
 //!
 //! [`Plain`] is Burn's operations one after the other, on any backend. [`Tiled`] takes a whole
 //! sub-network as one operation whose values stay in the caches of a CPU, for backends that
-//! compute on the host; tests hold it to `Plain`.
+//! compute on the host; [`Blocked`] is `Plain` in larger operations, for graphics devices. Tests hold
+//! both to `Plain`.
 
+mod blocked;
 mod buffers;
 mod kernel;
-mod stacked;
 #[cfg(test)]
 mod tests;
 mod tiled;
@@ -15,7 +16,7 @@ use burn::tensor::{Tensor, backend::Backend};
 
 use crate::networks::Mlp;
 
-pub use stacked::Stacked;
+pub use blocked::Blocked;
 pub use tiled::Tiled;
 
 /// Evaluates the MLPs of a sub-network, differentiably with respect to their weights and all

@@ -1,4 +1,4 @@
-//! Tiles against plain operations.
+//! Tiles and blocks against plain operations.
 
 use super::kernel::Sizes;
 use super::*;
@@ -112,11 +112,11 @@ fn tiles_are_the_plain_operations() {
 }
 
 #[test]
-fn stacks_are_the_plain_operations() {
-    // One point, a block, a number without divisors, several blocks.
-    for (points, tangents) in [(1, 2), (60, 0), (1_009, 1), (4_000, 0), (3_000, 2)] {
+fn blocks_are_the_plain_operations() {
+    // One point, less than a block, a block, one more, several blocks.
+    for (points, tangents) in [(1, 2), (60, 0), (512, 2), (513, 1), (4_000, 0), (3_000, 2)] {
         let plain = evaluate(&Plain, points, tangents);
-        let found = evaluate(&Stacked, points, tangents);
+        let found = evaluate(&Blocked, points, tangents);
         for (i, (a, b)) in found.iter().zip(&plain).enumerate() {
             assert!(close(a, b), "{points} points, {tangents} tangents: {i}");
         }
@@ -130,7 +130,7 @@ fn an_mlp_of_one_layer_without_bias_is_linear() {
     xi.layers[0].bias = None;
     let x = tensor(300, 3, 4);
     let plain = host(Plain.single(&xi, x.clone(), Vec::new()).0);
-    for other in [&Tiled::default() as &dyn Evaluation<Cpu>, &Stacked] {
+    for other in [&Tiled::default() as &dyn Evaluation<Cpu>, &Blocked] {
         assert!(close(
             &host(other.single(&xi, x.clone(), Vec::new()).0),
             &plain

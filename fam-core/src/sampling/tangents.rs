@@ -1,8 +1,9 @@
 use rand::{Rng, RngExt};
 
 use crate::neighbors::nearest_others;
+use crate::surface::degenerate::{double_area, rescaled};
 use crate::surface::plane::{Plane, frame};
-use crate::surface::vector::{add, normalize, scale, sub};
+use crate::surface::vector::{add, cross, normalize, scale, sub};
 use crate::surface::{Normalization, PointCloud, Surface, TriangleMesh};
 
 /// Neighbours of a point that its tangent plane is fitted to: noise averages out among more, and
@@ -23,7 +24,7 @@ pub struct TangentPlanes {
 ///
 /// Those of a mesh lie on its triangles, on each one as often as on any other, whatever its area:
 /// whoever made the mesh has put more of them where there is more to see, and whoever measures
-/// its UVs goes through the triangles.
+/// its UVs goes through the triangles. As there, those without area are left out.
 #[derive(Debug, Clone)]
 pub enum TangentSource {
     /// The corners of each triangle that has an area, and tangents along it.
@@ -39,7 +40,7 @@ pub enum TangentSource {
 
 impl TangentSource {
     /// Without `with_normals`, tangents of a cloud come from its points alone; with them, where it
-    /// has none. `None` if no triangle of a mesh has a direction.
+    /// has none. `None` if no triangle of a mesh has an area.
     pub fn new(
         surface: &Surface,
         normalization: &Normalization,
@@ -55,9 +56,14 @@ impl TangentSource {
     }
 
     fn of_mesh(mesh: &TriangleMesh, normalization: &Normalization) -> Option<Self> {
+        let positions = rescaled(mesh.positions());
+        let corners = |t: usize| mesh.triangles()[t].map(|v| positions[v as usize]);
         let with_area = (0..mesh.triangles().len())
-            .map(|t| (t, normalize(mesh.area_vector(t))))
-            .filter(|(_, normal)| *normal != [0.0; 3]);
+            .filter(|&t| double_area(corners(t)) > 0.0)
+            .map(|t| {
+                let [a, b, c] = corners(t);
+                (t, normalize(cross(sub(b, a), sub(c, a))))
+            });
         let (corners, tangents): (Vec<_>, Vec<_>) = with_area
             .map(|(t, normal)| {
                 let corner = |p| normalization.apply(p).map(f64::from);
@@ -211,9 +217,17 @@ mod tests {
             y - x
         };
         let diagonal = above([0.0; 3]);
-        let points = draw(&surface, true, 10_100).points;
+        let planes = draw(&surface, true, 10_100);
+        let length = |t: [f32; 3]| t.iter().map(|c| c * c).sum::<f32>();
+        let of_unit_length = |t: [f32; 3]| (length(t) - 1.0).abs() < 1e-5;
+        assert!(planes.tangents.iter().flatten().all(|&t| of_unit_length(t)));
+        let points = planes.points;
         let in_large = points.iter().filter(|p| p[1] - p[0] > diagonal).count();
-        // 100 of them, ± 10.
+        // 100 of them, ± 10, and none on the line of the one without area.
+        let on_diagonal = points
+            .iter()
+            .filter(|p| (p[1] - p[0] - diagonal).abs() < 1e-6);
+        assert!(on_diagonal.count() < 3);
         assert!((50..150).contains(&in_large), "{in_large}");
         let on_x = points
             .iter()

@@ -3,7 +3,7 @@ use std::sync::Arc;
 use burn::tensor::backend::Backend;
 
 #[cfg(feature = "cube")]
-use crate::evaluation::Stacked;
+use crate::evaluation::Blocked;
 use crate::evaluation::{Evaluation, Plain, Tiled};
 #[cfg(feature = "cube")]
 use crate::neighbors::BruteForce;
@@ -46,7 +46,7 @@ impl<B: Backend> Strategies<B> {
         }
     }
 
-    /// Sub-networks in stacks and neighbours found on the device, with no word from there in most
+    /// Sub-networks in blocks and neighbours found on the device, with no word from there in most
     /// steps, for backends that compile kernels by CubeCL.
     #[cfg(feature = "cube")]
     pub fn on_device() -> Self
@@ -54,7 +54,7 @@ impl<B: Backend> Strategies<B> {
         BruteForce: NeighborSearch<B>,
     {
         Self {
-            evaluation: Arc::new(Stacked),
+            evaluation: Arc::new(Blocked),
             search: Arc::new(BruteForce),
             read_every: READ_EVERY,
         }

@@ -182,7 +182,8 @@ impl<B: AutodiffBackend> Trainer<B> {
     }
 
     /// The loss terms of the current weights on the points of one iteration, drawn as
-    /// [`sample`](Self::sample) says. Beside other trainers, whoever calls this holds the [`turn`]
+    /// [`sample`](Self::sample) says, and on fresh ones for ℓ_flat: training goes on with others than
+    /// it would have. Beside other trainers, whoever calls this holds the [`turn`]
     /// until they are differentiated or dropped.
     pub fn losses(&mut self) -> Losses<B> {
         let batch = match &self.fixed {
@@ -448,8 +449,8 @@ impl<B: AutodiffBackend> State<B> {
     }
 }
 
-/// Points of an iteration for each point at which ℓ_flat is evaluated. These are fresh ones each time:
-/// as many as the others would take longer and end the same (docs/performance.md).
+/// Points of an iteration for each point at which ℓ_flat is evaluated. These are fresh ones each
+/// time, and half as many as the others are enough (docs/performance.md).
 const FLATTENED: usize = 2;
 
 /// Fewer points have no three neighbours each.

@@ -10,7 +10,7 @@ use burn::tensor::{Int, Tensor};
 use burn_autodiff::Autodiff;
 use burn_wgpu::graphics::{AutoGraphicsApi, GraphicsApi};
 use burn_wgpu::{Wgpu, WgpuDevice};
-use fam_core::evaluation::Stacked;
+use fam_core::evaluation::Blocked;
 use fam_core::neighbors::{BruteForce, KdTree, NeighborSearch};
 use fam_core::surface::{Surface, shapes};
 use fam_core::training::{OptimizerKind, Strategies, Trainer, TrainingConfig};
@@ -46,7 +46,7 @@ fn adapter() -> Option<WgpuDevice> {
 #[test]
 fn small_reference_on_wgpu() {
     if let Some(device) = adapter() {
-        all_combinations::<Autodiff<Wgpu>>(&Reference::small(), &Stacked, &device);
+        all_combinations::<Autodiff<Wgpu>>(&Reference::small(), &Blocked, &device);
     }
 }
 
@@ -113,6 +113,7 @@ fn gradients_of_gathered_neighbours_are_those_of_burn() {
         };
         let ([rows, sums], [expected_rows, expected]) = (of(&BruteForce), of(&KdTree));
         assert_eq!(rows, expected_rows);
+        assert_eq!((sums.len(), expected.len()), (3 * n, 3 * n));
         for (a, b) in sums.iter().zip(&expected) {
             assert!((a - b).abs() < 1e-4, "{a} instead of {b}: {count} of {n}");
         }
@@ -157,4 +158,37 @@ fn training_on_the_device_is_training() {
     assert_eq!(seen[0].iteration, 3);
     assert!((a - b).abs() < 1e-5, "{a} {b}");
     assert!((b - steps[0].total).abs() > 1e-4, "nothing was learnt");
+}
+
+/// As the preset trains, with the bases of its optimiser turned once.
+#[test]
+fn steps_that_are_not_read_are_those_that_are() {
+    let Some(device) = adapter() else { return };
+    let surface = Surface::Mesh(shapes::torus(1.0, 0.4, 30, 16));
+    let mut config = TrainingConfig {
+        points: 100,
+        iterations: 12,
+        starts: 1,
+        ..TrainingConfig::fast()
+    };
+    config.networks.width = 16;
+    let last = |read_every: usize| {
+        let strategies = Strategies {
+            read_every,
+            ..Strategies::<Gpu>::on_device()
+        };
+        let mut trainer =
+            Trainer::with_strategies(config.clone(), &surface, &device, strategies).unwrap();
+        let mut seen = Vec::new();
+        trainer
+            .run(|step| {
+                seen.push(step.clone());
+                std::ops::ControlFlow::Continue(())
+            })
+            .unwrap();
+        (seen.len(), seen.last().unwrap().total)
+    };
+    let ((all, a), (few, b)) = (last(1), last(5));
+    assert_eq!((all, few), (12, 3));
+    assert!((a - b).abs() < 1e-5, "{a} {b}");
 }

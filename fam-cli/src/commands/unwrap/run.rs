@@ -211,7 +211,7 @@ impl Run {
 }
 
 impl Run {
-    /// The configuration, with the iterations that there is time for.
+    /// The configuration, with what there is time for.
     fn planned(&self, surface: &Surface, parting: &Parting) -> Result<Config, Failure> {
         let mut config = self.config.clone();
         if let Some(budget) = self.arguments.time_budget {

@@ -21,7 +21,7 @@ use super::NeighborSearch;
 #[derive(Debug, Clone, Copy, Default)]
 pub struct BruteForce;
 
-/// Backends that have the kernel.
+/// Backends that have the kernels.
 pub trait BruteForceBackend: Backend {
     /// For each of `queries` `[M, D]` the indices of its `k` nearest `points` `[N, D]`, nearest
     /// first: 32-bit integers `[M · k]`. Both are 32-bit floats, and D is at most 3. With
