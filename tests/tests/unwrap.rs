@@ -250,7 +250,7 @@ fn progress_is_plain_lines_where_there_is_no_terminal_and_none_if_quiet() {
     let first = run
         .stderr
         .lines()
-        .find(|line| line.starts_with("1/6 "))
+        .find(|line| line.starts_with("1/8 "))
         .unwrap();
     for word in ["loss", "wrap", "cycle", "conf", "points/s", "left"] {
         assert!(first.contains(word), "{first}");
