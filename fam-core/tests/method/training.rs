@@ -25,6 +25,9 @@ fn small(iterations: usize) -> TrainingConfig {
         iterations,
         networks: FlattenAnythingConfig::new().with_width(64).with_latent(16),
         learning_rate: 5e-3,
+        // With the starts and the opening of the preset, the torus folds at so few points.
+        starts: 4,
+        opening: 0.15,
         ..TrainingConfig::fast()
     }
 }
@@ -74,19 +77,9 @@ fn reaches(mesh: TriangleMesh, iterations: usize, conformality: f64, wrap: f32) 
     assert!(wrapped < wrap, "wrapping error {wrapped}");
 }
 
-/// How a torus opens is decided by chance: one seed of three may fold it.
 #[test]
 fn torus() {
-    let mesh = shapes::torus(1.0, 0.4, 60, 30);
-    let surface = Surface::Mesh(mesh.clone());
-    let mut reached = [0, 1, 2].map(|seed| {
-        let config = TrainingConfig { seed, ..small(700) };
-        let (map, last) = run(config, &surface);
-        assert!(term(&last, LossTerm::Wrap) < 0.055, "seed {seed}");
-        measure(&map, &mesh).conformality
-    });
-    reached.sort_by(f64::total_cmp);
-    assert!(reached[1] < 0.38, "{reached:?}");
+    reaches(shapes::torus(1.0, 0.4, 60, 30), 700, 0.38, 0.055);
 }
 
 #[test]
