@@ -29,12 +29,13 @@ const PROBE: usize = 10;
 /// Iterations that are always made, and the most, which are the paper's.
 const ITERATIONS: std::ops::RangeInclusive<usize> = 50..=10_000;
 
-/// Widths and points of larger trainings, in the proportion of the preset `fast`: maps get better by
-/// them, and not by more steps (docs/performance.md).
-const LARGER: [(usize, usize); 2] = [(96, 1_500), (128, 2_000)];
+/// Widths (of Deform-Net and Wrap-Net, and of the others) and points of larger trainings, in the
+/// proportion of the preset `fast`: maps get better by them, and not by more steps
+/// (docs/performance.md).
+const LARGER: [(usize, usize, usize); 2] = [(96, 144, 1_500), (128, 192, 2_000)];
 
-/// With fewer steps than this there is a single start.
-const FEW_STEPS: usize = 300;
+/// With fewer iterations than this there is a single start.
+const FEW_ITERATIONS: usize = 200;
 
 /// A year, in seconds.
 const LONGEST: f64 = 366.0 * 86_400.0;
@@ -105,7 +106,7 @@ impl Job for Plan<'_> {
             return Ok(self.config.clone());
         };
         let budget = self.budget.as_secs_f64();
-        let finishing = FINISHING_TRAININGS * own.step * self.config.steps() as f64;
+        let finishing = FINISHING_TRAININGS * (own.of(self.config) - own.start);
         let reserved = match self.finished {
             true => finishing.min(FINISHING_SHARE * budget),
             false => 0.0,
@@ -113,7 +114,7 @@ impl Job for Plan<'_> {
         let training = budget * (1.0 - WRITING_SHARE) - reserved;
         let left = || training - started.elapsed().as_secs_f64();
         let (config, pace) = largest(self.config, own, left, pace)?;
-        Ok(planned(&config, (left() - pace.start) / pace.step))
+        Ok(planned(&config, pace, left()))
     }
 }
 
@@ -142,6 +143,8 @@ fn largest(
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Pace {
     step: f64,
+    /// A step that opens the surface.
+    opening: f64,
     /// What it takes beside its steps.
     start: f64,
 }
@@ -149,7 +152,9 @@ struct Pace {
 impl Pace {
     /// What the whole training takes.
     fn of(&self, config: &TrainingConfig) -> f64 {
-        self.start + self.step * config.steps() as f64
+        let opening = config.opening_steps();
+        let others = config.steps() - opening;
+        self.start + self.opening * opening as f64 + self.step * others as f64
     }
 }
 
@@ -162,9 +167,10 @@ impl Plan<'_> {
         strategies: &Strategies<B>,
     ) -> Result<Option<Pace>, Failure> {
         let seconds =
-            |iterations: usize| {
+            |iterations: usize, opening: f64| {
                 let config = TrainingConfig {
                     iterations,
+                    opening,
                     starts: 1,
                     ..config.clone()
                 };
@@ -183,52 +189,70 @@ impl Plan<'_> {
                 .map_err(Failure::input)?;
                 Ok::<f64, Failure>(before.elapsed().as_secs_f64())
             };
+        let opens = if config.opening > 0.0 { 1.0 } else { 0.0 };
         // The first steps allocate, and on a graphics adapter compile.
-        let mut taken = [0.0; 3];
-        for (taken, iterations) in taken.iter_mut().zip([2, 2, 2 + PROBE]) {
-            *taken = seconds(iterations)?;
+        let probes = [
+            (2, 0.0),
+            (2, 0.0),
+            (2 + PROBE, 0.0),
+            (2, opens),
+            (2 + PROBE, opens),
+        ];
+        let mut taken = [0.0; 5];
+        for (taken, (iterations, opening)) in taken.iter_mut().zip(probes) {
+            *taken = seconds(iterations, opening)?;
             if self.interrupt.load(Ordering::Relaxed) {
                 return Ok(None);
             }
         }
-        let [_, few, many] = taken;
-        let step = ((many - few) / PROBE as f64).max(1e-6);
+        let [_, few, many, few_open, many_open] = taken;
+        let step = |few: f64, many: f64| ((many - few) / PROBE as f64).max(1e-6);
+        let (step, opening) = (step(few, many), step(few_open, many_open));
         Ok(Some(Pace {
             step,
+            opening,
             start: (few - 2.0 * step).max(0.0),
         }))
     }
 }
 
-/// Larger trainings than the preset `fast`; none if the width or the points are not its own.
+/// Larger trainings than the preset `fast`; none if its sizes are not its own.
 fn larger(config: &TrainingConfig) -> impl Iterator<Item = TrainingConfig> {
     let fast = TrainingConfig::fast();
-    let own = config.networks.width == fast.networks.width && config.points == fast.points;
+    let own = config.networks == fast.networks && config.points == fast.points;
     let sizes = LARGER.into_iter().filter(move |_| own);
-    sizes.map(|(width, points)| TrainingConfig {
+    sizes.map(|(width, unwrap_width, points)| TrainingConfig {
         points,
-        networks: config.networks.clone().with_width(width),
+        networks: config
+            .networks
+            .clone()
+            .with_width(width)
+            .with_unwrap_width(Some(unwrap_width)),
         ..config.clone()
     })
 }
 
-/// The configuration that takes about so many steps.
-fn planned(config: &TrainingConfig, steps: f64) -> TrainingConfig {
-    let most = *ITERATIONS.end() * config.starts;
-    let steps = steps.clamp(1.0, most as f64);
-    let starts = match steps < FEW_STEPS as f64 {
-        true => 1,
-        false => config.starts,
-    };
-    let mut planned = TrainingConfig {
+/// The configuration that takes about so many seconds.
+fn planned(config: &TrainingConfig, pace: Pace, seconds: f64) -> TrainingConfig {
+    let with = |iterations: usize, starts: usize| TrainingConfig {
+        iterations,
         starts,
-        iterations: steps as usize,
         ..config.clone()
     };
-    let surplus = planned.steps() as f64 / planned.iterations as f64;
-    let iterations = (steps / surplus).max(1.0) as usize;
-    planned.iterations = iterations.clamp(*ITERATIONS.start(), *ITERATIONS.end());
-    planned
+    let fits = |config: &TrainingConfig| pace.of(config) <= seconds;
+    let starts = match fits(&with(FEW_ITERATIONS, config.starts)) {
+        true => config.starts,
+        false => 1,
+    };
+    let (mut least, mut most) = (*ITERATIONS.start(), *ITERATIONS.end());
+    while least < most {
+        let middle = (least + most).div_ceil(2);
+        match fits(&with(middle, starts)) {
+            true => least = middle,
+            false => most = middle - 1,
+        }
+    }
+    with(least, starts)
 }
 
 #[cfg(test)]
@@ -252,17 +276,24 @@ mod tests {
     }
 
     #[test]
-    fn plans_take_as_many_steps_as_there_is_time_for() {
+    fn plans_take_as_much_time_as_there_is() {
         let fast = TrainingConfig::fast();
-        for steps in [310.0, 1_500.0, 9_999.0] {
-            let planned = planned(&fast, steps);
+        let pace = Pace {
+            step: 0.01,
+            opening: 0.004,
+            start: 1.0,
+        };
+        for seconds in [5.0, 20.0, 100.0] {
+            let planned = planned(&fast, pace, seconds);
             assert_eq!(planned.starts, fast.starts);
-            assert!((planned.steps() as f64 - steps).abs() < 5.0, "{steps}");
+            let taken = pace.of(&planned);
+            assert!((seconds - 0.1..=seconds).contains(&taken), "{taken}");
         }
-        let short = planned(&fast, 200.0);
-        assert_eq!((short.starts, short.iterations), (1, 200));
-        assert_eq!(planned(&fast, -5.0).iterations, *ITERATIONS.start());
-        assert_eq!(planned(&fast, 1e9).iterations, *ITERATIONS.end());
+        // Of one start all steps count, and the tenth of them that open are faster.
+        let short = planned(&fast, pace, 2.0);
+        assert_eq!((short.starts, short.iterations), (1, 106));
+        assert_eq!(planned(&fast, pace, -5.0).iterations, *ITERATIONS.start());
+        assert_eq!(planned(&fast, pace, 1e9).iterations, *ITERATIONS.end());
     }
 
     #[test]
@@ -272,6 +303,7 @@ mod tests {
         // Seconds of the whole training, for the widths 64, 96 and 128.
         let pace = |seconds: f64| Pace {
             step: (seconds - 1.0) / steps,
+            opening: (seconds - 1.0) / steps,
             start: 1.0,
         };
         let chosen = |left: f64, stopped_at: usize| {
@@ -296,7 +328,7 @@ mod tests {
     fn only_the_size_of_the_preset_is_changed() {
         let fast = TrainingConfig::fast();
         let sizes: Vec<_> = larger(&fast)
-            .map(|c| (c.networks.width, c.points))
+            .map(|c| (c.networks.width, c.networks.unwrap_width.unwrap(), c.points))
             .collect();
         assert_eq!(sizes, LARGER);
         assert!(larger(&fast).all(|c| c.steps() == fast.steps() && c.problem().is_none()));

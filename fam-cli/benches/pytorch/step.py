@@ -62,14 +62,14 @@ class Twofold(nn.Module):
 
 
 class Model(nn.Module):
-    def __init__(self, width, tuned):
+    def __init__(self, width, unwrap_width, tuned):
         super().__init__()
-        w, h = width, LATENT
+        w, u, h = width, unwrap_width, LATENT
         self.tuned = tuned
         self.deform = Twofold([2, w, w, w, h], [2 + h, w, w, w, 2], tuned)
         self.wrap = Twofold([2, w, w, w, h], [2 + h, w, w, w, 6], tuned)
-        self.cut = Twofold([3, w, w, h], [3 + h, w, w, 3], tuned)
-        self.unwrap = Mlp([3, w, w, 2], tuned)
+        self.cut = Twofold([3, u, u, h], [3 + h, u, u, 3], tuned)
+        self.unwrap = Mlp([3, u, u, 2], tuned)
 
     def flatten(self, p):
         return self.unwrap(self.cut(p) + p)
@@ -136,6 +136,7 @@ def torus(count, device):
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--width", type=int, default=512)
+    parser.add_argument("--unwrap-width", type=int)
     parser.add_argument("--points", type=int, default=10_000)
     parser.add_argument("--steps", type=int, default=5)
     parser.add_argument("--device", default="cpu")
@@ -145,7 +146,7 @@ def main():
     grid = torch.cartesian_prod(line, line).to(options.device)
     for name in ["reference", "tuned"]:
         torch.manual_seed(0)
-        model = Model(options.width, name == "tuned").to(options.device)
+        model = Model(options.width, options.unwrap_width or options.width, name == "tuned").to(options.device)
         adam = torch.optim.AdamW(model.parameters(), 1e-3, weight_decay=1e-8)
         seconds = []
         # The first step allocates and is not counted.

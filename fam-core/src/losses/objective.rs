@@ -58,6 +58,14 @@ impl Default for LossWeights {
     }
 }
 
+impl LossWeights {
+    /// The weighted sum of terms.
+    pub fn sum(&self, terms: &[(LossTerm, f32)]) -> f32 {
+        let weighted = |(term, value): &(LossTerm, f32)| f64::from(*value) * term.weight(self);
+        terms.iter().map(weighted).sum::<f64>() as f32
+    }
+}
+
 /// One term of the objective.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LossTerm {

@@ -12,6 +12,8 @@ pub struct FlattenAnythingConfig {
     /// Channels of every hidden layer.
     #[config(default = 512)]
     pub width: usize,
+    /// Channels of those of Cut-Net and Unwrap-Net, which UVs come from, where they are others.
+    pub unwrap_width: Option<usize>,
     /// Channels h between ξ′ and ξ″.
     #[config(default = 64)]
     pub latent: usize,
@@ -34,6 +36,7 @@ impl FlattenAnythingConfig {
     /// Networks with fresh weights: one seed gives the same weights on every backend.
     pub fn init<B: Backend>(&self, device: &B::Device, seed: u64) -> FlattenAnything<B> {
         let (w, h) = (self.width, self.latent);
+        let u = self.unwrap_width.unwrap_or(w);
         let mut rng = Pcg64::seed_from_u64(seed);
         let mut mlp = |channels: &[usize]| Mlp::init(channels, device, &mut rng);
         FlattenAnything {
@@ -46,11 +49,11 @@ impl FlattenAnythingConfig {
                 mlp_2: mlp(&[2 + h, w, w, w, 6]),
             },
             cut: CutNet {
-                mlp_1: mlp(&[3, w, w, h]),
-                mlp_2: mlp(&[3 + h, w, w, 3]),
+                mlp_1: mlp(&[3, u, u, h]),
+                mlp_2: mlp(&[3 + h, u, u, 3]),
             },
             unwrap: UnwrapNet {
-                mlp: mlp(&[3, w, w, 2]),
+                mlp: mlp(&[3, u, u, 2]),
             },
         }
     }

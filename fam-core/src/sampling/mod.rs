@@ -41,6 +41,8 @@ pub struct Sample {
 pub struct PointSource {
     pool: Sample,
     count: usize,
+    /// Whether the first points of the pool lie evenly by themselves, however many.
+    ordered: bool,
 }
 
 impl PointSource {
@@ -56,6 +58,7 @@ impl PointSource {
         count: usize,
         rng: &mut impl Rng,
     ) -> Result<Self, SurfaceError> {
+        let ordered = matches!(surface, Surface::Mesh(_)) && sampling == Sampling::PoissonDisk;
         let (points, normals) = match surface {
             Surface::PointCloud(cloud) => {
                 (cloud.points().to_vec(), cloud.normals().map(<[_]>::to_vec))
@@ -84,7 +87,11 @@ impl PointSource {
         let unit = |n| normalize(n).map(|c| c as f32);
         let normals = normals.map(|normals| normals.into_iter().map(unit).collect());
         let pool = Sample { points, normals };
-        Ok(Self { pool, count })
+        Ok(Self {
+            pool,
+            count,
+            ordered,
+        })
     }
 
     /// How many points each iteration gets.
@@ -92,20 +99,26 @@ impl PointSource {
         self.count.min(self.pool.points.len())
     }
 
-    /// Whether every iteration gets the same points.
-    pub fn is_fixed(&self) -> bool {
-        self.pool.points.len() <= self.count
+    /// Whether every iteration of `count` points gets the same ones.
+    pub fn is_fixed(&self, count: usize) -> bool {
+        self.ordered || self.pool.points.len() <= count
     }
 
-    /// The points of one iteration.
-    pub fn draw(&self, rng: &mut impl Rng) -> Sample {
-        if self.is_fixed() {
-            return self.pool.clone();
+    /// The points of one iteration of `count` points.
+    pub fn draw(&self, count: usize, rng: &mut impl Rng) -> Sample {
+        let pool = &self.pool;
+        let size = pool.points.len();
+        if self.is_fixed(count) {
+            let few = size.min(count);
+            return Sample {
+                points: pool.points[..few].to_vec(),
+                normals: pool.normals.as_ref().map(|normals| normals[..few].to_vec()),
+            };
         }
-        let chosen = index::sample(rng, self.pool.points.len(), self.count);
+        let chosen = index::sample(rng, size, count);
         Sample {
-            points: rows(&chosen, &self.pool.points),
-            normals: self.pool.normals.as_deref().map(|n| rows(&chosen, n)),
+            points: rows(&chosen, &pool.points),
+            normals: pool.normals.as_deref().map(|n| rows(&chosen, n)),
         }
     }
 }
@@ -133,7 +146,7 @@ mod tests {
         let mut rng = Pcg64::seed_from_u64(2);
         for sampling in [Sampling::PoissonDisk, Sampling::Vertices] {
             let source = source(&mesh, sampling, 500);
-            let sample = source.draw(&mut rng);
+            let sample = source.draw(500, &mut rng);
             assert_eq!(sample.points.len(), 500);
             let length = |p: &[f32; 3]| p.iter().map(|c| c * c).sum::<f32>().sqrt();
             assert!(sample.points.iter().all(|p| length(p) < 1.0 + 1e-5));
@@ -143,12 +156,40 @@ mod tests {
     }
 
     #[test]
+    fn the_first_of_the_points_of_a_mesh_lie_evenly() {
+        let mesh = Surface::Mesh(shapes::rectangle(1.0, 1.0, 20, 20));
+        let source = source(&mesh, Sampling::PoissonDisk, 500);
+        let mut rng = Pcg64::seed_from_u64(2);
+        let all = source.draw(500, &mut rng).points;
+        let few = source.draw(125, &mut rng).points;
+        assert_eq!(few, all[..125]);
+        let gap = |points: &[[f32; 3]]| {
+            let square =
+                |p: &[f32; 3], q: &[f32; 3]| (0..3).map(|c| (p[c] - q[c]).powi(2)).sum::<f32>();
+            let nearest = |p| {
+                points
+                    .iter()
+                    .map(|q| square(p, q))
+                    .fold(f32::INFINITY, f32::min)
+            };
+            all.iter().map(nearest).fold(0.0, f32::max).sqrt()
+        };
+        // A quarter of even points have twice the spacing; the last quarter leaves larger gaps.
+        assert!(
+            gap(&few) < 0.8 * gap(&all[375..]),
+            "{} {}",
+            gap(&few),
+            gap(&all[375..])
+        );
+    }
+
+    #[test]
     fn large_pools_are_drawn_from_anew_and_without_repetition() {
         let points: Vec<_> = (0..1000).map(|i| [f64::from(i), 0.0, 0.0]).collect();
         let cloud = Surface::PointCloud(PointCloud::new(points, None).unwrap());
         let source = source(&cloud, Sampling::PoissonDisk, 100);
         let mut rng = Pcg64::seed_from_u64(3);
-        let (a, b) = (source.draw(&mut rng), source.draw(&mut rng));
+        let (a, b) = (source.draw(100, &mut rng), source.draw(100, &mut rng));
         assert_ne!(a, b);
         let mut values: Vec<u32> = a.points.iter().map(|p| p[0].to_bits()).collect();
         values.sort_unstable();

@@ -23,6 +23,21 @@ const WRAP_AFTER_OPENING: f64 = 0.1;
 /// Share of the iterations in which it falls there, geometrically.
 const WRAP_FALL: f64 = 0.2;
 
+/// Starts that go on after the opening.
+const FINALISTS: usize = 2;
+
+/// Share of the iterations after which one of them does. By then ℓ_flat tells a surface that has
+/// opened from one that has folded, which the loss after the opening does not always
+/// (docs/performance.md).
+const FINALISTS_GO_ON: f64 = 0.15;
+
+/// Share of the points that open the surface: its shape at large is what starts are compared by, and
+/// maps do not end worse by it (docs/performance.md).
+const OPENING_POINTS: f64 = 0.35;
+
+/// Fewer than that do not show a surface's shape.
+const FEWEST_OPENING_POINTS: usize = 256;
+
 /// The number of starts of configurations that name none.
 fn one() -> usize {
     1
@@ -56,8 +71,8 @@ pub struct TrainingConfig {
     /// weights are the same all the time.
     #[serde(default)]
     pub opening: f64,
-    /// Fresh weights that training starts from, one after the other; after the opening, only
-    /// those with the smallest loss (by [`weights`](Self::weights)) go on.
+    /// Fresh weights that training starts from. Those with the smallest loss go on: two after the
+    /// opening, and a little later one of these ([`rounds`](Self::rounds)).
     #[serde(default = "one")]
     pub starts: usize,
     /// Seed of everything random: weights, sampling.
@@ -119,8 +134,8 @@ impl TrainingConfig {
     /// A small model and a short schedule: half a minute on a CPU of two cores.
     ///
     /// So few steps want larger ones, by an optimiser that makes more of each. Six starts open
-    /// the surface, and the one with the smallest loss goes on. Only then does ℓ_flat set in, which
-    /// the paper does not have, and ℓ_wrap steps back. docs/performance.md has what each is worth.
+    /// the surface, and the best go on. Only then does ℓ_flat set in, which the paper does not have,
+    /// and ℓ_wrap steps back. docs/performance.md has what each is worth.
     pub fn fast() -> Self {
         Self {
             points: 1_000,
@@ -130,7 +145,9 @@ impl TrainingConfig {
             jacobian: JacobianMode::ForwardTangent,
             optimizer: OptimizerKind::Soap,
             learning_rate: 5e-3,
-            networks: FlattenAnythingConfig::new().with_width(64),
+            networks: FlattenAnythingConfig::new()
+                .with_width(64)
+                .with_unwrap_width(Some(128)),
             weights: LossWeights {
                 flattening: 0.005,
                 ..LossWeights::default()
@@ -144,11 +161,43 @@ impl TrainingConfig {
         (self.iterations as f64 * self.opening).ceil() as usize
     }
 
+    /// How several starts are compared: how many of them are left, and up to which iteration they go
+    /// before that. The best of the last round goes on. Of one start, none.
+    pub fn rounds(&self) -> Vec<(usize, usize)> {
+        let opening = self.opening_iterations();
+        let later = (self.iterations as f64 * FINALISTS_GO_ON).ceil() as usize;
+        let finalists = (FINALISTS, self.iterations.min(opening + later));
+        match self.starts {
+            0..2 => Vec::new(),
+            ..=FINALISTS => vec![finalists],
+            starts => vec![(starts, opening), finalists],
+        }
+    }
+
     /// Optimiser steps in all: those of the starts that are dropped included.
     pub fn steps(&self) -> usize {
-        let dropped = self.starts.saturating_sub(1);
-        let steps = dropped.saturating_mul(self.opening_iterations());
-        self.iterations.saturating_add(steps)
+        let mut dropped = 0usize;
+        let mut before = 0;
+        for (left, until) in self.rounds() {
+            dropped = dropped.saturating_add((left - 1).saturating_mul(until - before));
+            before = until;
+        }
+        self.iterations.saturating_add(dropped)
+    }
+
+    /// Those of them that open the surface, with fewer points than the others.
+    pub fn opening_steps(&self) -> usize {
+        let of_one = self.opening_iterations().min(self.iterations);
+        self.starts.max(1).saturating_mul(of_one)
+    }
+
+    /// How many of the points of an iteration it gets (zero-based): fewer in the opening.
+    pub fn points_at(&self, iteration: usize, points: usize) -> usize {
+        if iteration >= self.opening_iterations() {
+            return points;
+        }
+        let few = (points as f64 * OPENING_POINTS).ceil() as usize;
+        points.min(few.max(FEWEST_OPENING_POINTS))
     }
 
     /// The weights that an iteration (zero-based) minimises.
@@ -179,7 +228,12 @@ impl TrainingConfig {
             weights.flattening,
             f64::from(self.weight_decay),
         ];
-        let widths = [self.networks.width, self.networks.latent];
+        let networks = &self.networks;
+        let widths = [
+            networks.width,
+            networks.unwrap_width.unwrap_or(networks.width),
+            networks.latent,
+        ];
         if !(16..=MAX_POINTS).contains(&self.points) {
             Some("points must lie in 16..=1000000")
         } else if self.iterations == 0 {
@@ -191,7 +245,7 @@ impl TrainingConfig {
         } else if !(1..=MAX_STARTS).contains(&self.starts) {
             Some("starts must lie in 1..=64")
         } else if !widths.iter().all(|w| (1..=MAX_WIDTH).contains(w)) {
-            Some("networks.width and networks.latent must lie in 1..=8192")
+            Some("networks.width, unwrap_width and latent must lie in 1..=8192")
         } else if !weights.iter().all(|w| (0.0..=1e6).contains(w)) {
             Some("weights and weight-decay must lie in 0..=1e6")
         } else if !rates.iter().all(|r| r.is_finite() && *r > 0.0 && *r <= 1.0) {
@@ -216,7 +270,8 @@ mod tests {
             assert_eq!(paper.weights_at(iteration), paper.weights);
         }
         let fast = TrainingConfig::fast();
-        assert_eq!((fast.opening_iterations(), fast.steps()), (100, 1_500));
+        assert_eq!((fast.opening_iterations(), fast.steps()), (100, 1_650));
+        assert_eq!((paper.opening_steps(), fast.opening_steps()), (0, 600));
         let at = |iteration| fast.weights_at(iteration);
         assert_eq!((at(99).flattening, at(99).wrap), (0.0, 1.0));
         assert_eq!((at(100).flattening, at(100).wrap), (0.005, 1.0));
@@ -225,6 +280,35 @@ mod tests {
             assert!((at(iteration).wrap - 0.1).abs() < 1e-9);
         }
         assert_eq!(at(999).cycle, fast.weights.cycle);
+    }
+
+    #[test]
+    fn starts_are_compared_twice() {
+        let config = |starts: usize, opening: f64| TrainingConfig {
+            starts,
+            opening,
+            ..TrainingConfig::fast()
+        };
+        for (starts, opening, rounds, steps) in [
+            (1, 0.1, vec![], 1_000),
+            (2, 0.1, vec![(2, 250)], 1_250),
+            (6, 0.1, vec![(6, 100), (2, 250)], 1_650),
+            (3, 0.95, vec![(3, 950), (2, 1_000)], 2_950),
+            (3, 1.0, vec![(3, 1_000), (2, 1_000)], 3_000),
+        ] {
+            let config = config(starts, opening);
+            assert_eq!((config.rounds(), config.steps()), (rounds, steps));
+        }
+    }
+
+    #[test]
+    fn few_points_open_the_surface() {
+        let fast = TrainingConfig::fast();
+        assert_eq!(fast.points_at(99, 1_000), 350);
+        assert_eq!(fast.points_at(100, 1_000), 1_000);
+        assert_eq!(fast.points_at(0, 400), 256);
+        assert_eq!(fast.points_at(0, 100), 100);
+        assert_eq!(TrainingConfig::paper().points_at(0, 10_000), 10_000);
     }
 
     #[test]

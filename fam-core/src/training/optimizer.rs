@@ -13,8 +13,7 @@ pub enum OptimizerKind {
     /// AdamW, as in the paper.
     #[default]
     AdamW,
-    /// [`Soap`]: Adam in a basis that turns with the gradients of each matrix. The host computes
-    /// the bases.
+    /// [`Soap`]: Adam in a basis that turns with the gradients of each matrix, on the host.
     Soap,
 }
 
@@ -23,7 +22,7 @@ pub enum OptimizerKind {
 #[allow(clippy::large_enum_variant, reason = "a trainer has a single one")]
 pub(super) enum Optimizer<B: AutodiffBackend> {
     AdamW(OptimizerAdaptor<AdamW, FlattenAnything<B>, B>),
-    Soap(OptimizerAdaptor<Soap, FlattenAnything<B>, B>),
+    Soap(Soap),
 }
 
 impl<B: AutodiffBackend> Optimizer<B> {
@@ -35,7 +34,7 @@ impl<B: AutodiffBackend> Optimizer<B> {
                     .with_epsilon(1e-8);
                 Self::AdamW(config.init())
             }
-            OptimizerKind::Soap => Self::Soap(Soap { weight_decay }.into()),
+            OptimizerKind::Soap => Self::Soap(Soap::new(weight_decay)),
         }
     }
 

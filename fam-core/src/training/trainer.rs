@@ -68,8 +68,8 @@ pub struct Trainer<B: AutodiffBackend> {
     source: PointSource,
     /// Where ℓ_flat is evaluated, if it has a weight.
     flattened: Option<Arc<TangentSource>>,
-    fixed: Option<Batch<B>>,
-    lattice: Tensor<B, 2>,
+    /// Of the opening, and after it.
+    stages: [Stage<B>; 2],
     state: State<B>,
     strategies: Strategies<B>,
     /// Steps so far, from all starts.
@@ -89,6 +89,16 @@ struct State<B: AutodiffBackend> {
     iteration: usize,
     /// The last of them that was read.
     last: Option<Step>,
+}
+
+/// What does not change from one iteration to the next.
+#[derive(Debug, Clone)]
+struct Stage<B: AutodiffBackend> {
+    /// Points of an iteration.
+    count: usize,
+    /// They themselves, if they are always the same.
+    fixed: Option<Batch<B>>,
+    lattice: Tensor<B, 2>,
 }
 
 /// The points of an iteration on the device.
@@ -150,19 +160,25 @@ impl<B: AutodiffBackend> Trainer<B> {
             .then(|| TangentSource::new(surface, &normalization, config.normals))
             .flatten()
             .map(Arc::new);
-        let fixed = source
-            .is_fixed()
-            .then(|| Batch::new(source.draw(&mut rng), config.normals, device));
-        let rows = lattice(source.count()).into_flattened();
-        let shape = [rows.len() / 2, 2];
+        let stages = [0, config.opening_iterations()].map(|iteration| {
+            let count = config.points_at(iteration, source.count());
+            let rows = lattice(count).into_flattened();
+            let shape = [rows.len() / 2, 2];
+            Stage {
+                count,
+                fixed: source
+                    .is_fixed(count)
+                    .then(|| Batch::new(source.draw(count, &mut rng), config.normals, device)),
+                lattice: Tensor::from_data(TensorData::new(rows, shape), device),
+            }
+        });
         let state = State::new(&config, 0, device)?;
         Ok(Self {
             device: device.clone(),
             normalization,
             source,
             flattened,
-            fixed,
-            lattice: Tensor::from_data(TensorData::new(rows, shape), device),
+            stages,
             state,
             strategies,
             done: 0,
@@ -170,30 +186,39 @@ impl<B: AutodiffBackend> Trainer<B> {
         })
     }
 
-    /// Normalised points as one iteration sees them. Where they are drawn anew each time, this
-    /// draws as well, and training goes on with other points than it would have.
+    /// Normalised points as one iteration after the opening sees them. Where they are drawn anew each
+    /// time, this draws as well, and training goes on with other points than it would have.
     pub fn sample(&mut self) -> Sample {
-        self.source.draw(&mut self.state.rng)
+        let count = self.source.count();
+        self.source.draw(count, &mut self.state.rng)
     }
 
-    /// How many points each iteration trains on.
+    /// How many points each iteration trains on after the opening.
     pub fn points(&self) -> usize {
         self.source.count()
     }
 
-    /// The loss terms of the current weights on the points of one iteration, drawn as
+    /// The loss terms of the current weights on the points of the next iteration, drawn as
     /// [`sample`](Self::sample) says, and on fresh ones for ℓ_flat: training goes on with others than
     /// it would have. Beside other trainers, whoever calls this holds the [`turn`]
     /// until they are differentiated or dropped.
     pub fn losses(&mut self) -> Losses<B> {
-        let batch = match &self.fixed {
+        self.losses_with(true)
+    }
+
+    /// The loss terms, `all` of them or those that the next iteration minimises.
+    fn losses_with(&mut self, all: bool) -> Losses<B> {
+        let iteration = self.state.iteration;
+        let stage = &self.stages[usize::from(iteration >= self.config.opening_iterations())];
+        let batch = match &stage.fixed {
             Some(batch) => batch.clone(),
             None => Batch::new(
-                self.source.draw(&mut self.state.rng),
+                self.source.draw(stage.count, &mut self.state.rng),
                 self.config.normals,
                 &self.device,
             ),
         };
+        let minimised = self.config.weights_at(iteration).flattening > 0.0;
         let TrainingConfig {
             jacobian,
             objective,
@@ -205,7 +230,7 @@ impl<B: AutodiffBackend> Trainer<B> {
         let deform = (without != Ablation::DeformBranch).then(|| {
             let on_g = (objective == Objective::Paper).then_some(jacobian);
             model.deform_branch(
-                self.lattice.clone(),
+                stage.lattice.clone(),
                 on_g,
                 cut_net,
                 &*self.strategies.evaluation,
@@ -221,10 +246,15 @@ impl<B: AutodiffBackend> Trainer<B> {
         });
         let flattening = self.flattened.clone();
         let flattening = flattening
-            .filter(|_| without != Ablation::UnwrapBranch)
+            .filter(|_| (all || minimised) && without != Ablation::UnwrapBranch)
             .map(|source| {
-                let count = self.source.count().div_ceil(FLATTENED);
-                let planes = source.draw(count, &mut self.state.rng);
+                let count = stage.count.div_ceil(FLATTENED);
+                // Training goes on alike whether or not a term is looked at that it leaves out.
+                let rng = &mut self.state.rng;
+                let planes = match minimised {
+                    true => source.draw(count, rng),
+                    false => source.draw(count, &mut rng.clone()),
+                };
                 let tangents = [0, 1].map(|k| planes.tangents.iter().map(|pair| pair[k]).collect());
                 let evaluation = &*self.strategies.evaluation;
                 self.state.model.flattening(
@@ -245,9 +275,10 @@ impl<B: AutodiffBackend> Trainer<B> {
         )
     }
 
-    /// The rest of the training; before the first step that is the opening of every start, and then the best to its end; or until
-    /// `observe` breaks off. One of [`Strategies::read_every`] steps is read and observed, and
-    /// the last of each start.
+    /// The rest of the training; before the first step that is the opening of every start, and then
+    /// the best to its end; or until `observe` breaks off. One of [`Strategies::read_every`] steps is
+    /// read and observed, and the last before starts are compared or training ends. Other steps of
+    /// the opening have no ℓ_flat.
     ///
     /// # Errors
     /// As [`step`](Self::step), if it happens to every start or to the best.
@@ -255,45 +286,63 @@ impl<B: AutodiffBackend> Trainer<B> {
         &mut self,
         mut observe: impl FnMut(&Step) -> ControlFlow<()>,
     ) -> Result<(), TrainingError> {
-        if self.config.starts > 1 && self.done == 0 {
-            let opening = self.config.opening_iterations();
-            if self.best_start(opening, &mut observe)?.is_break() {
-                return Ok(());
-            }
+        if self.done == 0 && self.best_start(&mut observe)?.is_break() {
+            return Ok(());
         }
         let rest = self.config.iterations.saturating_sub(self.state.iteration);
         self.steps(rest, &mut observe).map(|_| ())
     }
 
-    /// Takes some steps from each start and returns to the one with the smallest loss.
+    /// Takes all starts through their rounds, and goes on from the one with the smallest loss.
     fn best_start(
         &mut self,
-        steps: usize,
         observe: &mut dyn FnMut(&Step) -> ControlFlow<()>,
     ) -> Result<ControlFlow<()>, TrainingError> {
-        let mut best: Option<(f32, State<B>)> = None;
-        let mut outcome = Ok(ControlFlow::Continue(()));
-        for start in 0..self.config.starts {
-            if start > 0 {
-                self.state = State::new(&self.config, start, &self.device)?;
+        let config = &self.config;
+        let rounds = config.rounds();
+        if rounds.is_empty() {
+            return Ok(ControlFlow::Continue(()));
+        }
+        // Of all terms, and those that training ends with.
+        let [weights, last_weights] =
+            [config.weights.clone(), config.weights_at(config.iterations)];
+        let mut starts = (0..config.starts)
+            .map(|start| State::new(config, start, &self.device))
+            .collect::<Result<Vec<_>, _>>()?;
+        for (left, until) in rounds {
+            let weights = match until > self.config.opening_iterations() {
+                true => &last_weights,
+                false => &weights,
+            };
+            let mut compared = Vec::with_capacity(left);
+            let mut outcome = Ok(ControlFlow::Continue(()));
+            for state in starts.drain(..).take(left) {
+                self.state = state;
+                let mut loss = f32::INFINITY;
+                outcome = self.steps(until - self.state.iteration, &mut |step| {
+                    loss = weights.sum(&step.terms);
+                    observe(step)
+                });
+                if outcome.is_ok() {
+                    compared.push((loss, self.state.clone()));
+                }
+                if outcome == Ok(ControlFlow::Break(())) {
+                    break;
+                }
             }
-            let mut loss = f32::INFINITY;
-            outcome = self.steps(steps, &mut |step| {
-                loss = step.total;
-                observe(step)
-            });
-            if outcome.is_ok() && best.as_ref().is_none_or(|(least, _)| loss < *least) {
-                best = Some((loss, self.state.clone()));
-            }
-            if outcome == Ok(ControlFlow::Break(())) {
-                break;
+            compared.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+            starts.extend(compared.into_iter().map(|(_, state)| state));
+            match (starts.first(), &outcome) {
+                (None, _) => return outcome,
+                (Some(best), Ok(ControlFlow::Break(()))) => {
+                    self.state = best.clone();
+                    return outcome;
+                }
+                _ => {}
             }
         }
-        let Some((_, state)) = best else {
-            return outcome;
-        };
-        self.state = state;
-        Ok(outcome.unwrap_or(ControlFlow::Continue(())))
+        self.state = starts.swap_remove(0);
+        Ok(ControlFlow::Continue(()))
     }
 
     fn steps(
@@ -304,7 +353,7 @@ impl<B: AutodiffBackend> Trainer<B> {
         let every = self.strategies.read_every.max(1);
         for done in 1..=count {
             if done.is_multiple_of(every) || done == count {
-                if observe(&self.step()?).is_break() {
+                if observe(&self.read_step(done == count)?).is_break() {
                     return Ok(ControlFlow::Break(()));
                 }
             } else {
@@ -321,8 +370,13 @@ impl<B: AutodiffBackend> Trainer<B> {
     /// [`TrainingError::NonFiniteLoss`], after which the trainer is back at the last weights
     /// whose losses were read and finite, or at fresh ones if there are none.
     pub fn step(&mut self) -> Result<Step, TrainingError> {
+        self.read_step(true)
+    }
+
+    /// A step with a look at the losses: `all` of them or those that it minimises.
+    fn read_step(&mut self, all: bool) -> Result<Step, TrainingError> {
         let _turn = turn();
-        let losses = self.losses();
+        let losses = self.losses_with(all);
         let step = self.read(&losses)?;
         self.state.last_good = self.state.model.clone();
         self.state.last = Some(step.clone());
@@ -338,7 +392,7 @@ impl<B: AutodiffBackend> Trainer<B> {
     /// [`step`](Self::step) without a look at the losses, and so without waiting for the device.
     pub fn step_unread(&mut self) {
         let _turn = turn();
-        let losses = self.losses();
+        let losses = self.losses_with(false);
         self.descend(losses);
     }
 

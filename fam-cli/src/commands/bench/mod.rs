@@ -49,6 +49,8 @@ fn here(arguments: &args::Bench, name: BackendName) -> Result<Measurement, Failu
     let mut config = Config::of(arguments.preset).training;
     // SOAP makes so much of rounding that the losses of backends could not be compared.
     config.optimizer = OptimizerKind::AdamW;
+    // Steps of the opening are smaller.
+    (config.opening, config.starts) = (0.0, 1);
     if let Some(jacobian) = arguments.jacobian {
         config.jacobian = jacobian.into();
     }
