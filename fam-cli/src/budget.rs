@@ -29,10 +29,9 @@ const PROBE: usize = 10;
 /// Iterations that are always made, and the most, which are the paper's.
 const ITERATIONS: std::ops::RangeInclusive<usize> = 50..=10_000;
 
-/// Widths (of Deform-Net and Wrap-Net, and of the others) and points of larger trainings, in the
-/// proportion of the preset `fast`: maps get better by them, and not by more steps
-/// (docs/performance.md).
-const LARGER: [(usize, usize, usize); 2] = [(96, 144, 1_500), (128, 192, 2_000)];
+/// Width, `unwrap_factor` and points of larger trainings than the preset `fast`: maps get better by
+/// them, and not by more steps (docs/performance.md).
+const LARGER: [(usize, usize, usize); 2] = [(64, 3, 1_000), (128, 1, 2_000)];
 
 /// With fewer iterations than this there is a single start.
 const FEW_ITERATIONS: usize = 200;
@@ -189,29 +188,34 @@ impl Plan<'_> {
                 .map_err(Failure::input)?;
                 Ok::<f64, Failure>(before.elapsed().as_secs_f64())
             };
-        let opens = if config.opening > 0.0 { 1.0 } else { 0.0 };
         // The first steps allocate, and on a graphics adapter compile.
-        let probes = [
-            (2, 0.0),
-            (2, 0.0),
-            (2 + PROBE, 0.0),
-            (2, opens),
-            (2 + PROBE, opens),
-        ];
-        let mut taken = [0.0; 5];
-        for (taken, (iterations, opening)) in taken.iter_mut().zip(probes) {
-            *taken = seconds(iterations, opening)?;
-            if self.interrupt.load(Ordering::Relaxed) {
-                return Ok(None);
+        let probe = |opening: f64| -> Result<Option<Pace>, Failure> {
+            let mut taken = [0.0; 3];
+            for (taken, iterations) in taken.iter_mut().zip([2, 2, 2 + PROBE]) {
+                *taken = seconds(iterations, opening)?;
+                if self.interrupt.load(Ordering::Relaxed) {
+                    return Ok(None);
+                }
             }
+            let [_, few, many] = taken;
+            let step = ((many - few) / PROBE as f64).max(1e-6);
+            Ok(Some(Pace {
+                step,
+                opening: step,
+                start: (few - 2.0 * step).max(0.0),
+            }))
+        };
+        let Some(pace) = probe(0.0)? else {
+            return Ok(None);
+        };
+        if config.opening == 0.0 {
+            return Ok(Some(pace));
         }
-        let [_, few, many, few_open, many_open] = taken;
-        let step = |few: f64, many: f64| ((many - few) / PROBE as f64).max(1e-6);
-        let (step, opening) = (step(few, many), step(few_open, many_open));
-        Ok(Some(Pace {
-            step,
-            opening,
-            start: (few - 2.0 * step).max(0.0),
+        // So few steps may seem to take no time; they take at least their share of points.
+        let least = pace.step * config.points_at(0, config.points) as f64 / config.points as f64;
+        Ok(probe(1.0)?.map(|Pace { opening, .. }| Pace {
+            opening: opening.max(least),
+            ..pace
         }))
     }
 }
@@ -221,13 +225,13 @@ fn larger(config: &TrainingConfig) -> impl Iterator<Item = TrainingConfig> {
     let fast = TrainingConfig::fast();
     let own = config.networks == fast.networks && config.points == fast.points;
     let sizes = LARGER.into_iter().filter(move |_| own);
-    sizes.map(|(width, unwrap_width, points)| TrainingConfig {
+    sizes.map(|(width, factor, points)| TrainingConfig {
         points,
         networks: config
             .networks
             .clone()
             .with_width(width)
-            .with_unwrap_width(Some(unwrap_width)),
+            .with_unwrap_factor(Some(factor)),
         ..config.clone()
     })
 }
@@ -300,36 +304,43 @@ mod tests {
     fn networks_grow_as_far_as_there_is_time() {
         let fast = TrainingConfig::fast();
         let steps = fast.steps() as f64;
-        // Seconds of the whole training, for the widths 64, 96 and 128.
         let pace = |seconds: f64| Pace {
             step: (seconds - 1.0) / steps,
             opening: (seconds - 1.0) / steps,
             start: 1.0,
         };
+        let [a, b] = LARGER;
         let chosen = |left: f64, stopped_at: usize| {
             let mut measured = Vec::new();
             let measure = |config: &TrainingConfig| {
-                let width = config.networks.width;
-                measured.push(width);
-                let seconds = if width == 96 { 40.0 } else { 80.0 };
-                Ok((width != stopped_at).then(|| pace(seconds)))
+                let size = size(config);
+                measured.push(size);
+                let at = LARGER.iter().position(|larger| *larger == size).unwrap();
+                Ok((at != stopped_at).then(|| pace([30.0, 90.0][at])))
             };
             let (config, chosen) = largest(&fast, pace(20.0), || left, measure).unwrap();
-            (config.networks.width, chosen.of(&fast).round(), measured)
+            (size(&config), chosen.of(&fast).round(), measured)
         };
-        assert_eq!(chosen(19.0, 0), (64, 20.0, vec![]));
-        assert_eq!(chosen(39.0, 0), (64, 20.0, vec![96]));
-        assert_eq!(chosen(41.0, 0), (96, 40.0, vec![96, 128]));
-        assert_eq!(chosen(1e9, 0), (128, 80.0, vec![96, 128]));
-        assert_eq!(chosen(1e9, 96), (64, 20.0, vec![96]));
+        assert_eq!(chosen(19.0, 9), (size(&fast), 20.0, vec![]));
+        assert_eq!(chosen(29.0, 9), (size(&fast), 20.0, vec![a]));
+        assert_eq!(chosen(31.0, 9), (a, 30.0, vec![a, b]));
+        assert_eq!(chosen(1e9, 9), (b, 90.0, vec![a, b]));
+        assert_eq!(chosen(1e9, 0), (size(&fast), 20.0, vec![a]));
+    }
+
+    fn size(config: &TrainingConfig) -> (usize, usize, usize) {
+        let networks = &config.networks;
+        (
+            networks.width,
+            networks.unwrap_factor.unwrap(),
+            config.points,
+        )
     }
 
     #[test]
     fn only_the_size_of_the_preset_is_changed() {
         let fast = TrainingConfig::fast();
-        let sizes: Vec<_> = larger(&fast)
-            .map(|c| (c.networks.width, c.networks.unwrap_width.unwrap(), c.points))
-            .collect();
+        let sizes: Vec<_> = larger(&fast).map(|c| size(&c)).collect();
         assert_eq!(sizes, LARGER);
         assert!(larger(&fast).all(|c| c.steps() == fast.steps() && c.problem().is_none()));
         let points = TrainingConfig {

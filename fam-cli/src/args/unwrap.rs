@@ -85,12 +85,13 @@ pub struct Unwrap {
     /// Some steps are measured first. If there is time for more than those of the preset `fast`, its
     /// networks and points grow from its own (others stay as they are); then the number of
     /// iterations is chosen. config.toml has all of it, and gives the same raw map again. Training
-    /// takes at least 50 iterations, and the paper's 10,000 at most; with fewer than 300 there is a
-    /// single start.
+    /// takes at least 50 iterations, and the paper's 10,000 at most; where several starts would leave
+    /// fewer than 200, there is a single one.
     #[arg(long, value_name = "TIME", value_parser = crate::budget::duration, conflicts_with = "iterations")]
     pub time_budget: Option<std::time::Duration>,
 
-    /// Fresh weights to start from; once they have opened the surface, only the best go on
+    /// Fresh weights to start from; once they have opened the surface, the best two go on, and one
+    /// of them to the end
     ///
     /// The preset `fast` has 6, and 10 % of the iterations for opening. The preset `paper` has one
     /// and no opening, which several would need: `opening = 0.1` in a file for --config.

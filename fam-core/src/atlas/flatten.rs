@@ -34,7 +34,7 @@ pub struct Progress<'a> {
     pub component: usize,
     /// How many components are trained.
     pub components: usize,
-    /// Points per iteration of this component.
+    /// Points of the iteration.
     pub points: usize,
     /// What the iteration did.
     pub step: &'a Step,
@@ -43,7 +43,7 @@ pub struct Progress<'a> {
 /// How a component was flattened.
 #[derive(Debug, Clone)]
 pub struct Part {
-    /// Points per iteration; 0 if it was not trained.
+    /// Points per iteration after the opening; 0 if it was not trained.
     pub points: usize,
     /// The last iteration; none if it was not trained.
     pub last: Option<Step>,
@@ -282,13 +282,14 @@ impl<B: AutodiffBackend, F: FnMut(Progress) -> ControlFlow<()>> Job<'_, B, F> {
             ..self.config.clone()
         };
         let strategies = self.strategies.clone();
-        let mut trainer = Trainer::<B>::with_strategies(config, surface, self.device, strategies)?;
+        let mut trainer =
+            Trainer::<B>::with_strategies(config.clone(), surface, self.device, strategies)?;
         let points = trainer.points();
         let outcome = trainer.run(|step| {
             let progress = Progress {
                 component: self.started,
                 components: self.components,
-                points,
+                points: config.points_at(step.iteration, points),
                 step,
             };
             self.stopped |= (self.observe)(progress).is_break();

@@ -12,8 +12,8 @@ pub struct FlattenAnythingConfig {
     /// Channels of every hidden layer.
     #[config(default = 512)]
     pub width: usize,
-    /// Channels of those of Cut-Net and Unwrap-Net, which UVs come from, where they are others.
-    pub unwrap_width: Option<usize>,
+    /// Times as many of them in Cut-Net and Unwrap-Net, which UVs come from; once if it is not given.
+    pub unwrap_factor: Option<usize>,
     /// Channels h between ξ′ and ξ″.
     #[config(default = 64)]
     pub latent: usize,
@@ -33,10 +33,15 @@ pub struct FlattenAnything<B: Backend> {
 }
 
 impl FlattenAnythingConfig {
+    /// Channels of the hidden layers of Cut-Net and Unwrap-Net.
+    pub fn unwrap_width(&self) -> usize {
+        self.width.saturating_mul(self.unwrap_factor.unwrap_or(1))
+    }
+
     /// Networks with fresh weights: one seed gives the same weights on every backend.
     pub fn init<B: Backend>(&self, device: &B::Device, seed: u64) -> FlattenAnything<B> {
         let (w, h) = (self.width, self.latent);
-        let u = self.unwrap_width.unwrap_or(w);
+        let u = self.unwrap_width();
         let mut rng = Pcg64::seed_from_u64(seed);
         let mut mlp = |channels: &[usize]| Mlp::init(channels, device, &mut rng);
         FlattenAnything {

@@ -126,7 +126,7 @@ impl TrainingConfig {
             learning_rate: 1e-3,
             final_learning_rate: 1e-5,
             weight_decay: 1e-8,
-            networks: FlattenAnythingConfig::new(),
+            networks: FlattenAnythingConfig::new().with_unwrap_factor(Some(1)),
             weights: LossWeights::default(),
         }
     }
@@ -147,7 +147,7 @@ impl TrainingConfig {
             learning_rate: 5e-3,
             networks: FlattenAnythingConfig::new()
                 .with_width(64)
-                .with_unwrap_width(Some(128)),
+                .with_unwrap_factor(Some(2)),
             weights: LossWeights {
                 flattening: 0.005,
                 ..LossWeights::default()
@@ -158,7 +158,8 @@ impl TrainingConfig {
 
     /// Iterations that open the surface.
     pub fn opening_iterations(&self) -> usize {
-        (self.iterations as f64 * self.opening).ceil() as usize
+        let opening = (self.iterations as f64 * self.opening).ceil() as usize;
+        opening.min(self.iterations)
     }
 
     /// How several starts are compared: how many of them are left, and up to which iteration they go
@@ -166,7 +167,10 @@ impl TrainingConfig {
     pub fn rounds(&self) -> Vec<(usize, usize)> {
         let opening = self.opening_iterations();
         let later = (self.iterations as f64 * FINALISTS_GO_ON).ceil() as usize;
-        let finalists = (FINALISTS, self.iterations.min(opening + later));
+        let finalists = (
+            FINALISTS,
+            self.iterations.min(opening.saturating_add(later)),
+        );
         match self.starts {
             0..2 => Vec::new(),
             ..=FINALISTS => vec![finalists],
@@ -187,8 +191,8 @@ impl TrainingConfig {
 
     /// Those of them that open the surface, with fewer points than the others.
     pub fn opening_steps(&self) -> usize {
-        let of_one = self.opening_iterations().min(self.iterations);
-        self.starts.max(1).saturating_mul(of_one)
+        let starts = self.starts.max(1);
+        starts.saturating_mul(self.opening_iterations())
     }
 
     /// How many of the points of an iteration it gets (zero-based): fewer in the opening.
@@ -229,11 +233,7 @@ impl TrainingConfig {
             f64::from(self.weight_decay),
         ];
         let networks = &self.networks;
-        let widths = [
-            networks.width,
-            networks.unwrap_width.unwrap_or(networks.width),
-            networks.latent,
-        ];
+        let widths = [networks.width, networks.unwrap_width(), networks.latent];
         if !(16..=MAX_POINTS).contains(&self.points) {
             Some("points must lie in 16..=1000000")
         } else if self.iterations == 0 {
@@ -245,7 +245,7 @@ impl TrainingConfig {
         } else if !(1..=MAX_STARTS).contains(&self.starts) {
             Some("starts must lie in 1..=64")
         } else if !widths.iter().all(|w| (1..=MAX_WIDTH).contains(w)) {
-            Some("networks.width, unwrap_width and latent must lie in 1..=8192")
+            Some("networks.width, its product with unwrap_factor, and latent must lie in 1..=8192")
         } else if !weights.iter().all(|w| (0.0..=1e6).contains(w)) {
             Some("weights and weight-decay must lie in 0..=1e6")
         } else if !rates.iter().all(|r| r.is_finite() && *r > 0.0 && *r <= 1.0) {
@@ -299,6 +299,12 @@ mod tests {
             let config = config(starts, opening);
             assert_eq!((config.rounds(), config.steps()), (rounds, steps));
         }
+        // In f64, they are one more.
+        let endless = TrainingConfig {
+            iterations: usize::MAX,
+            ..config(3, 1.0)
+        };
+        assert_eq!(endless.steps(), usize::MAX);
     }
 
     #[test]

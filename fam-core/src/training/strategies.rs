@@ -46,8 +46,8 @@ impl<B: Backend> Strategies<B> {
         }
     }
 
-    /// Sub-networks in blocks and neighbours found on the device, with no word from there in most
-    /// steps, for backends that compile kernels by CubeCL.
+    /// Sub-networks in blocks and neighbours found on the device, and in most steps no word from there
+    /// of the losses, for backends that compile kernels by CubeCL.
     #[cfg(feature = "cube")]
     pub fn on_device() -> Self
     where

@@ -200,7 +200,7 @@ impl<B: AutodiffBackend> Trainer<B> {
 
     /// The loss terms of the current weights on the points of the next iteration, drawn as
     /// [`sample`](Self::sample) says, and on fresh ones for ℓ_flat: training goes on with others than
-    /// it would have. Beside other trainers, whoever calls this holds the [`turn`]
+    /// it would have, but for those of ℓ_flat in the opening. Beside other trainers, whoever calls this holds the [`turn`]
     /// until they are differentiated or dropped.
     pub fn losses(&mut self) -> Losses<B> {
         self.losses_with(true)
@@ -281,7 +281,7 @@ impl<B: AutodiffBackend> Trainer<B> {
     /// the opening have no ℓ_flat.
     ///
     /// # Errors
-    /// As [`step`](Self::step), if it happens to every start or to the best.
+    /// As [`step`](Self::step), if it happens to all starts that are compared or to the best.
     pub fn run(
         &mut self,
         mut observe: impl FnMut(&Step) -> ControlFlow<()>,
@@ -298,50 +298,51 @@ impl<B: AutodiffBackend> Trainer<B> {
         &mut self,
         observe: &mut dyn FnMut(&Step) -> ControlFlow<()>,
     ) -> Result<ControlFlow<()>, TrainingError> {
+        let rounds = self.config.rounds();
         let config = &self.config;
-        let rounds = config.rounds();
-        if rounds.is_empty() {
-            return Ok(ControlFlow::Continue(()));
-        }
         // Of all terms, and those that training ends with.
         let [weights, last_weights] =
             [config.weights.clone(), config.weights_at(config.iterations)];
-        let mut starts = (0..config.starts)
-            .map(|start| State::new(config, start, &self.device))
-            .collect::<Result<Vec<_>, _>>()?;
-        for (left, until) in rounds {
+        let mut kept: Vec<State<B>> = Vec::new();
+        for (round, &(starts, until)) in rounds.iter().enumerate() {
             let weights = match until > self.config.opening_iterations() {
                 true => &last_weights,
                 false => &weights,
             };
-            let mut compared = Vec::with_capacity(left);
+            let wanted = rounds.get(round + 1).map_or(1, |&(starts, _)| starts);
+            let mut best: Vec<(f32, State<B>)> = Vec::new();
             let mut outcome = Ok(ControlFlow::Continue(()));
-            for state in starts.drain(..).take(left) {
-                self.state = state;
+            for start in 0..starts {
+                match (round, start) {
+                    (0, 0) => {}
+                    (0, _) => self.state = State::new(&self.config, start, &self.device)?,
+                    // One that broke down in the round before is not among them.
+                    (_, _) if start < kept.len() => self.state = kept[start].clone(),
+                    (_, _) => break,
+                }
                 let mut loss = f32::INFINITY;
                 outcome = self.steps(until - self.state.iteration, &mut |step| {
                     loss = weights.sum(&step.terms);
                     observe(step)
                 });
-                if outcome.is_ok() {
-                    compared.push((loss, self.state.clone()));
+                match outcome {
+                    Ok(ControlFlow::Continue(())) => best.push((loss, self.state.clone())),
+                    // It may not have come as far as those before.
+                    Ok(ControlFlow::Break(())) => break,
+                    Err(_) => {}
                 }
-                if outcome == Ok(ControlFlow::Break(())) {
-                    break;
-                }
+                best.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+                best.truncate(wanted);
             }
-            compared.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-            starts.extend(compared.into_iter().map(|(_, state)| state));
-            match (starts.first(), &outcome) {
-                (None, _) => return outcome,
-                (Some(best), Ok(ControlFlow::Break(()))) => {
-                    self.state = best.clone();
-                    return outcome;
-                }
-                _ => {}
+            kept = best.into_iter().map(|(_, state)| state).collect();
+            let Some(best) = kept.first() else {
+                return outcome;
+            };
+            self.state = best.clone();
+            if outcome == Ok(ControlFlow::Break(())) {
+                return outcome;
             }
         }
-        self.state = starts.swap_remove(0);
         Ok(ControlFlow::Continue(()))
     }
 
@@ -389,7 +390,8 @@ impl<B: AutodiffBackend> Trainer<B> {
         self.state.last.as_ref()
     }
 
-    /// [`step`](Self::step) without a look at the losses, and so without waiting for the device.
+    /// [`step`](Self::step) without a look at the losses, and so without waiting for the device (but
+    /// [`Soap`](super::Soap) does).
     pub fn step_unread(&mut self) {
         let _turn = turn();
         let losses = self.losses_with(false);

@@ -128,10 +128,10 @@ impl<B: AutodiffBackend> ModuleMapper<B> for Write {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use burn::backend::Autodiff;
     use burn::nn::{LayerNorm, LayerNormConfig};
     use burn::optim::{AdamWConfig, Optimizer};
     use burn::tensor::Tolerance;
+    use burn_autodiff::Autodiff;
     use burn_ndarray::NdArray;
 
     type B = Autodiff<NdArray>;
