@@ -172,8 +172,8 @@ impl TrainingConfig {
             self.iterations.min(opening.saturating_add(later)),
         );
         match self.starts {
-            0..2 => Vec::new(),
-            ..=FINALISTS => vec![finalists],
+            0 | 1 => Vec::new(),
+            FINALISTS => vec![finalists],
             starts => vec![(starts, opening), finalists],
         }
     }
