@@ -62,7 +62,8 @@ pub enum Ablation {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct TrainingConfig {
-    /// Points N per iteration, and (rounded up to a square) lattice points.
+    /// Points N per iteration, and (rounded up to a square) lattice points; in the opening fewer
+    /// ([`points_at`](Self::points_at)).
     pub points: usize,
     /// Optimiser steps of the map that is kept; see [`steps`](Self::steps) for all.
     pub iterations: usize,
@@ -162,8 +163,8 @@ impl TrainingConfig {
         opening.min(self.iterations)
     }
 
-    /// How several starts are compared: how many of them are left, and up to which iteration they go
-    /// before that. The best of the last round goes on. Of one start, none.
+    /// The rounds in which several starts are compared: how many take part, and the iterations that
+    /// each has behind it then. The best of the last round goes on. A single start has none.
     pub fn rounds(&self) -> Vec<(usize, usize)> {
         let opening = self.opening_iterations();
         let later = (self.iterations as f64 * FINALISTS_GO_ON).ceil() as usize;
@@ -182,8 +183,8 @@ impl TrainingConfig {
     pub fn steps(&self) -> usize {
         let mut dropped = 0usize;
         let mut before = 0;
-        for (left, until) in self.rounds() {
-            dropped = dropped.saturating_add((left - 1).saturating_mul(until - before));
+        for (starts, until) in self.rounds() {
+            dropped = dropped.saturating_add((starts - 1).saturating_mul(until - before));
             before = until;
         }
         self.iterations.saturating_add(dropped)
@@ -195,7 +196,7 @@ impl TrainingConfig {
         starts.saturating_mul(self.opening_iterations())
     }
 
-    /// How many of the points of an iteration it gets (zero-based): fewer in the opening.
+    /// Points of an iteration (zero-based), where those after the opening have `points`.
     pub fn points_at(&self, iteration: usize, points: usize) -> usize {
         if iteration >= self.opening_iterations() {
             return points;

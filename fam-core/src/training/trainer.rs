@@ -26,9 +26,9 @@ pub struct Step {
     pub iteration: usize,
     /// Steps before it, from all starts.
     pub before: usize,
-    /// The sum of the terms by the configured weights, before the step.
+    /// The sum of these terms by the configured weights, before the step.
     pub total: f32,
-    /// The unweighted terms, before the step.
+    /// The unweighted terms, before the step; most steps of the opening have no ℓ_flat.
     pub terms: Vec<(LossTerm, f32)>,
 }
 
@@ -198,10 +198,10 @@ impl<B: AutodiffBackend> Trainer<B> {
         self.source.count()
     }
 
-    /// The loss terms of the current weights on the points of the next iteration, drawn as
-    /// [`sample`](Self::sample) says, and on fresh ones for ℓ_flat: training goes on with others than
-    /// it would have, but for those of ℓ_flat in the opening. Beside other trainers, whoever calls this holds the [`turn`]
-    /// until they are differentiated or dropped.
+    /// The loss terms of the current weights on the points of the next iteration, and on fresh ones
+    /// for ℓ_flat. What this draws at random, training goes on without, but for the points of ℓ_flat
+    /// in the opening. Beside other trainers, whoever calls this holds the [`turn`] until they are
+    /// differentiated or dropped.
     pub fn losses(&mut self) -> Losses<B> {
         self.losses_with(true)
     }

@@ -1,7 +1,7 @@
 //! Training from end to end on generated surfaces, small and short.
 
 use std::ops::ControlFlow;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use burn::tensor::{Int, Tensor, backend::Backend};
 use burn_autodiff::Autodiff;
@@ -9,7 +9,7 @@ use burn_ndarray::NdArray;
 use fam_core::losses::{LossTerm, LossWeights, Objective};
 use fam_core::map::TrainedMap;
 use fam_core::metrics::Metrics;
-use fam_core::neighbors::{NeighborSearch, nearest_others};
+use fam_core::neighbors::{KdTree, NeighborSearch, nearest_others};
 use fam_core::networks::FlattenAnythingConfig;
 use fam_core::sampling::Sampling;
 use fam_core::surface::{PointCloud, Surface, TriangleMesh, UvMap, shapes};
@@ -416,6 +416,56 @@ fn other_strategies_can_take_the_place_of_the_default() {
     );
 }
 
+/// Notes how many points each search is among.
+#[derive(Default)]
+struct Noting(Mutex<Vec<usize>>);
+
+impl<B: Backend> NeighborSearch<B> for Noting {
+    fn nearest(&self, points: Tensor<B, 2>, queries: Tensor<B, 2>) -> Tensor<B, 1, Int> {
+        self.0.lock().unwrap().push(points.dims()[0]);
+        KdTree.nearest(points, queries)
+    }
+
+    fn nearest_others(&self, points: Tensor<B, 2>, k: usize) -> Tensor<B, 1, Int> {
+        self.0.lock().unwrap().push(points.dims()[0]);
+        KdTree.nearest_others(points, k)
+    }
+}
+
+/// P and the lattice are smaller in the opening, which has no ℓ_flat.
+#[test]
+fn a_surface_is_opened_with_fewer_points_and_without_flattening() {
+    let mesh = shapes::torus(1.0, 0.4, 30, 16);
+    let cloud = PointCloud::new(mesh.positions().to_vec(), None).unwrap();
+    // Points that are always the same, and points that are drawn anew.
+    for surface in [Surface::Mesh(mesh.clone()), Surface::PointCloud(cloud)] {
+        let config = TrainingConfig {
+            points: 400,
+            starts: 1,
+            opening: 0.5,
+            ..small(6)
+        };
+        let noting = Arc::new(Noting::default());
+        let strategies = Strategies {
+            search: noting.clone(),
+            ..Strategies::tiled()
+        };
+        let device = Default::default();
+        let mut trainer =
+            Trainer::<Cpu>::with_strategies(config, &surface, &device, strategies).unwrap();
+        let mut flattened = Vec::new();
+        let observe = |step: &Step| {
+            flattened.push(step.terms.iter().any(|(t, _)| *t == LossTerm::Flattening));
+            ControlFlow::Continue(())
+        };
+        trainer.run(observe).unwrap();
+        // Three searches of each step.
+        let expected = [[256; 9], [400; 9]].concat();
+        assert_eq!(*noting.0.lock().unwrap(), expected);
+        assert_eq!(flattened, [false, false, false, true, true, true]);
+    }
+}
+
 /// Every start opens, the two with the smallest losses go on a little, and then the better one; and
 /// a single start is the first of several.
 #[test]
@@ -426,6 +476,11 @@ fn the_start_with_the_smallest_loss_goes_on() {
         starts,
         opening: 0.5,
         seed,
+        // With a tenth of ℓ_wrap, this term decides.
+        weights: LossWeights {
+            cycle: 0.1,
+            ..TrainingConfig::fast().weights
+        },
         ..small(20)
     };
     let steps = |config: TrainingConfig| {
@@ -441,6 +496,7 @@ fn the_start_with_the_smallest_loss_goes_on() {
     let terms = |steps: &[Step]| -> Vec<_> { steps.iter().map(|s| s.terms.clone()).collect() };
     let mut places_of_first = [0; 3];
     let mut wins_of_first = 0;
+    let mut judged_otherwise = 0;
     for seed in 1000..1010 {
         let (one, three) = (steps(config(1, seed)), steps(config(3, seed)));
         let expected: Vec<usize> = [0..10, 0..10, 0..10, 10..13, 10..13, 13..20]
@@ -463,6 +519,8 @@ fn the_start_with_the_smallest_loss_goes_on() {
         }
         let last_weights = config(3, seed).weights_at(20);
         let [a, b] = finalists.map(|steps| last_weights.sum(&steps[2].terms));
+        let [c, d] = finalists.map(|steps| steps[2].total);
+        judged_otherwise += usize::from((b < a) != (d < c));
         let first_wins = place == usize::from(b < a);
         assert_eq!(terms(&three[36..]) == terms(&one[13..]), first_wins);
         wins_of_first += usize::from(first_wins);
@@ -472,6 +530,7 @@ fn the_start_with_the_smallest_loss_goes_on() {
         "{places_of_first:?}"
     );
     assert!((1..9).contains(&wins_of_first), "{wins_of_first}");
+    assert!(judged_otherwise > 0);
 }
 
 /// Broken off while a later start opens, the best of those before is kept.

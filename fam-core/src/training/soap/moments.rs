@@ -240,8 +240,8 @@ mod tests {
     /// Turning rows and columns of the problem turns the steps, which Adam's do not.
     #[test]
     fn steps_do_not_depend_on_the_axes() {
-        let (a, b, target) = (matrix(5, 5, 1), matrix(5, 5, 2), matrix(5, 5, 3));
-        let (turn, other) = (orthogonal(5, 4), orthogonal(5, 5));
+        let (a, b, target) = (matrix(5, 5, 1), matrix(3, 3, 2), matrix(5, 3, 3));
+        let (turn, other) = (orthogonal(5, 4), orthogonal(3, 5));
         let (straight, _) = descend([&a, &b, &target], 0.3, 0.05, 25);
         let (a, b) = (a * turn.transpose(), other.transpose() * b);
         let (turned, _) = descend([&a, &b, &target], 0.3, 0.05, 25);
