@@ -240,14 +240,33 @@ mod tests {
     /// Turning rows and columns of the problem turns the steps, which Adam's do not.
     #[test]
     fn steps_do_not_depend_on_the_axes() {
-        let (a, b, target) = (matrix(5, 5, 1), matrix(3, 3, 2), matrix(5, 3, 3));
-        let (turn, other) = (orthogonal(5, 4), orthogonal(3, 5));
+        let (a, b, target) = (matrix(5, 5, 1), matrix(5, 5, 2), matrix(5, 5, 3));
+        let (turn, other) = (orthogonal(5, 4), orthogonal(5, 5));
         let (straight, _) = descend([&a, &b, &target], 0.3, 0.05, 25);
         let (a, b) = (a * turn.transpose(), other.transpose() * b);
         let (turned, _) = descend([&a, &b, &target], 0.3, 0.05, 25);
         let back = turn.transpose() * turned * other.transpose();
         let error = (back - straight).norm_max();
         assert!(error < 2e-3, "{error}");
+    }
+
+    /// A gradient of rank one that stays the same is a single number in its bases, and the step along it
+    /// is Adam's: 1.
+    #[test]
+    fn an_oblong_matrix_steps_along_its_gradient() {
+        let direction = [3.0f32, -2.0, 6.0].map(|x| x / 7.0);
+        let other = [0.6f32, 0.8];
+        let gradient: Vec<f32> = other
+            .iter()
+            .flat_map(|row| direction.map(|column| row * column))
+            .collect();
+        let mut moments = Moments::new(&[2, 3]);
+        assert_eq!(moments.step(gradient.clone()), [0.0; 6]);
+        for _ in 0..3 * TURN_EVERY {
+            let update = moments.step(gradient.clone());
+            let along: f32 = update.iter().zip(&gradient).map(|(a, b)| a * b).sum();
+            assert!((along - 1.0).abs() < 1e-3, "{update:?}");
+        }
     }
 
     #[test]
