@@ -46,7 +46,7 @@ impl<B: Backend> FlattenAnything<B> {
         cut_net: bool,
         evaluation: &dyn Evaluation<B>,
     ) -> Tensor<B, 2> {
-        let (p_cut, _) = self.open(p, Vec::new(), cut_net, evaluation);
+        let p_cut = self.open(p, cut_net, evaluation);
         self.unwrap.forward(p_cut, evaluation)
     }
 
@@ -67,7 +67,7 @@ impl<B: Backend> FlattenAnything<B> {
             None => (self.wrap.forward(q_hat.clone(), evaluation), None),
         };
         let p_hat = wrapped.points.clone();
-        let (p_hat_cut, _) = self.open(p_hat, Vec::new(), cut_net, evaluation);
+        let p_hat_cut = self.open(p_hat, cut_net, evaluation);
         let q_hat_cycle = self.unwrap.forward(p_hat_cut.clone(), evaluation);
         DeformBranch {
             q_hat,
@@ -87,7 +87,7 @@ impl<B: Backend> FlattenAnything<B> {
         cut_net: bool,
         evaluation: &dyn Evaluation<B>,
     ) -> UnwrapBranch<B> {
-        let (p_cut, _) = self.open(p, Vec::new(), cut_net, evaluation);
+        let p_cut = self.open(p, cut_net, evaluation);
         let q = self.unwrap.forward(p_cut.clone(), evaluation);
         let (wrapped, jacobian) = jacobian.wrap(&self.wrap, q.clone(), evaluation);
         UnwrapBranch {
@@ -99,35 +99,37 @@ impl<B: Backend> FlattenAnything<B> {
         }
     }
 
-    /// The derivatives of Q at `points` `[N, 3]` of the surface along two orthonormal `tangents`
-    /// of it, each `[N, 3]`.
+    /// The derivatives of Q on N triangles, if it is linear on each, along two orthonormal
+    /// directions of its plane: from their first, second and third `corners`, each `[N, 3]`, and
+    /// the `gradients` of [`Triangles`](crate::sampling::Triangles), each `[N, 2]`.
     pub fn flattening(
         &self,
-        points: Tensor<B, 2>,
-        tangents: [Tensor<B, 2>; 2],
+        corners: [Tensor<B, 2>; 3],
+        gradients: [Tensor<B, 2>; 2],
         cut_net: bool,
         evaluation: &dyn Evaluation<B>,
     ) -> Jacobian<B> {
-        let (p_cut, tangents) = self.open(points, tangents.into(), cut_net, evaluation);
-        let (_, pushed) = self
-            .unwrap
-            .forward_with_tangents(p_cut, tangents, evaluation);
-        let [u, v] = <[_; 2]>::try_from(pushed).expect("two tangents went in");
-        Jacobian { u, v }
+        let n = corners[0].dims()[0];
+        let q = self.unwrap(Tensor::cat(corners.into(), 0), cut_net, evaluation);
+        let corner = |k: usize| q.clone().narrow(0, k * n, n);
+        let edges = [1, 2].map(|k| corner(k) - corner(0));
+        let along = |axis: usize| {
+            let [ab, ac] =
+                [0, 1].map(|k| edges[k].clone() * gradients[k].clone().narrow(1, axis, 1));
+            ab + ac
+        };
+        Jacobian {
+            u: along(0),
+            v: along(1),
+        }
     }
 
-    /// P_cut, and the tangents of the opened surface.
-    fn open(
-        &self,
-        p: Tensor<B, 2>,
-        tangents: Vec<Tensor<B, 2>>,
-        cut_net: bool,
-        evaluation: &dyn Evaluation<B>,
-    ) -> (Tensor<B, 2>, Vec<Tensor<B, 2>>) {
+    /// P_cut.
+    fn open(&self, p: Tensor<B, 2>, cut_net: bool, evaluation: &dyn Evaluation<B>) -> Tensor<B, 2> {
         if cut_net {
-            self.cut.forward_with_tangents(p, tangents, evaluation)
+            self.cut.forward(p, evaluation)
         } else {
-            (p, tangents)
+            p
         }
     }
 }

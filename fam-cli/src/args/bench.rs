@@ -7,7 +7,7 @@ use super::names::{BackendName, JacobianName, Preset};
 ///
 /// Every backend takes the same steps on the same surface (a torus) from the same weights, in a
 /// process of its own. Times are medians over the steps. `forward` is the networks at the
-/// points, `Jacobian` the derivatives of networks (with forward tangents: and these networks there),
+/// points, `Jacobian` the derivatives of Wrap-Net (with forward tangents: and that network there),
 /// `neighbours` the nearest neighbours that losses need, `losses` all else before the backward
 /// pass, `backward` that pass, and `optimizer` the rest of a step. GFLOP/s counts the matrix
 /// products of a step with forward tangents; `product` is the rate of one of 1024 × 1024

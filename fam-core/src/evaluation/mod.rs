@@ -22,16 +22,9 @@ pub use tiled::Tiled;
 /// Evaluates the MLPs of a sub-network, differentiably with respect to their weights and all
 /// inputs. The bodies given here are plain Burn operations.
 pub trait Evaluation<B: Backend>: Send + Sync {
-    /// ξ(x), and its derivative there applied to each of `tangents`: all `[N, in] → [N, out]`.
-    fn single(
-        &self,
-        xi: &Mlp<B>,
-        x: Tensor<B, 2>,
-        tangents: Vec<Tensor<B, 2>>,
-    ) -> (Tensor<B, 2>, Vec<Tensor<B, 2>>) {
-        let (y, slopes) = xi.forward_with_slopes(x);
-        let push = |tangent: Tensor<B, 2>| xi.push_tangent(tangent, &slopes);
-        (y, tangents.into_iter().map(push).collect())
+    /// ξ(x): `[N, in] → [N, out]`.
+    fn single(&self, xi: &Mlp<B>, x: Tensor<B, 2>) -> Tensor<B, 2> {
+        xi.forward(x)
     }
 
     /// ξ″([x, ξ′(x)]), and its derivative there applied to each of `tangents`: all

@@ -1,11 +1,7 @@
 //! Half-edges of an oriented manifold.
 
-use std::collections::{HashMap, VecDeque};
-
 use crate::surface::TriangleMesh;
-
-/// In the place of a twin: the half-edge lies on the boundary.
-const NONE: u32 = u32::MAX;
+use crate::surface::orientation::{NONE, across, ends, turned};
 
 /// The triangles of an oriented manifold (with or without boundary) and who neighbours whom.
 ///
@@ -33,53 +29,22 @@ impl Topology {
     /// triangles are. Where it is not orientable, as a Möbius strip, it comes cut.
     pub fn oriented(mesh: &TriangleMesh) -> Opened {
         let triangles = mesh.triangles();
-        let mut sides: HashMap<[u32; 2], [u32; 2]> = HashMap::new();
-        for h in 0..3 * triangles.len() as u32 {
-            let [a, b] = ends(triangles, h);
-            let side = sides.entry([a.min(b), a.max(b)]).or_insert([NONE; 2]);
-            side[usize::from(side[0] != NONE)] = h;
-        }
-        let across = |h: u32| {
-            let [a, b] = ends(triangles, h);
-            let [one, other] = sides[&[a.min(b), a.max(b)]];
-            if one == h { other } else { one }
-        };
-        let mut turned: Vec<Option<bool>> = vec![None; triangles.len()];
-        let mut balance = 0_i64;
-        for start in 0..triangles.len() {
-            if turned[start].is_some() {
-                continue;
-            }
-            turned[start] = Some(false);
-            let mut queue = VecDeque::from([start]);
-            while let Some(t) = queue.pop_front() {
-                let own = turned[t] == Some(true);
-                balance += if own { -1 } else { 1 };
-                for h in (3 * t as u32)..(3 * t as u32 + 3) {
-                    let twin = across(h);
-                    if twin != NONE && turned[twin as usize / 3].is_none() {
-                        let same = ends(triangles, h)[0] == ends(triangles, twin)[0];
-                        turned[twin as usize / 3] = Some(own != same);
-                        queue.push_back(twin as usize / 3);
-                    }
-                }
-            }
-        }
-        let turn = |t: usize| (turned[t] == Some(true)) != (balance < 0);
+        let across = across(triangles);
+        let turned = turned(triangles, &across);
         let coherent: Vec<[u32; 3]> = (0..triangles.len())
-            .map(|t| match (turn(t), triangles[t]) {
+            .map(|t| match (turned[t], triangles[t]) {
                 (true, [a, b, c]) => [a, c, b],
                 (false, corners) => corners,
             })
             .collect();
         // A turned triangle has its edges in the other order: 0, 1, 2 become 2, 1, 0.
-        let renumbered = |h: u32| match turn(h as usize / 3) {
+        let renumbered = |h: u32| match turned[h as usize / 3] {
             true => h - h % 3 + (2 - h % 3),
             false => h,
         };
         let mut twins = vec![NONE; 3 * triangles.len()];
         for h in 0..twins.len() as u32 {
-            let twin = across(h);
+            let twin = across[h as usize];
             if twin == NONE {
                 continue;
             }
@@ -308,11 +273,6 @@ pub fn next(h: u32) -> u32 {
 /// The half-edge that precedes in the same triangle.
 pub fn previous(h: u32) -> u32 {
     if h.is_multiple_of(3) { h + 2 } else { h - 1 }
-}
-
-fn ends(triangles: &[[u32; 3]], h: u32) -> [u32; 2] {
-    let corners = triangles[h as usize / 3];
-    [corners[h as usize % 3], corners[next(h) as usize % 3]]
 }
 
 #[cfg(test)]

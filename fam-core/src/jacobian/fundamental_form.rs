@@ -17,9 +17,6 @@ pub struct FirstFundamentalForm<B: Backend> {
 /// at zero, and equal eigenvalues are what training is after.
 const SMALLEST_SQUARED_GAP: f32 = 1e-16;
 
-/// A map that stretches less than the root of this has collapsed.
-const SMALLEST_SUM: f32 = 1e-8;
-
 impl<B: Backend> FirstFundamentalForm<B> {
     /// The form of a Jacobian.
     pub fn of(jacobian: Jacobian<B>) -> Self {
@@ -37,16 +34,6 @@ impl<B: Backend> FirstFundamentalForm<B> {
         let difference = self.e.clone() - self.g.clone();
         let squared = difference.clone() * difference + self.f.clone() * self.f.clone() * 4.0;
         squared.clamp_min(SMALLEST_SQUARED_GAP).sqrt()
-    }
-
-    /// (λ¹ − λ²) / (λ¹ + λ²) in 0 … 1, which no scale changes, `[N, 1]`: 0 where the map is
-    /// conformal, 1 where it collapses.
-    pub fn relative_eigenvalue_gap(&self) -> Tensor<B, 2> {
-        let sum = self.e.clone() + self.g.clone();
-        // Not a division nor its power: burn-ndarray takes a reciprocal of 14 bits for parts of a
-        // tensor, which parts depending on where it lies in memory.
-        let inverse_root = sum.clamp_min(SMALLEST_SUM).powf_scalar(-0.5);
-        self.eigenvalue_gap() * inverse_root.clone() * inverse_root
     }
 
     /// The eigenvalues λ¹ ≥ λ² of JᵀJ, each `[N, 1]`: the squared singular values of J.

@@ -6,7 +6,7 @@ mod objective;
 mod unwrapping;
 mod wrapping;
 
-pub use conformality::{conformality_loss, flattening_loss};
+pub use conformality::{Flattening, conformality_loss, flattening_loss};
 pub use cycle_consistency::{normal_loss, point_cycle_loss, uv_cycle_loss};
 pub use objective::{LossTerm, LossWeights, Losses, Objective};
 pub use unwrapping::{

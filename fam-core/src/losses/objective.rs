@@ -3,12 +3,11 @@ use burn::tensor::{FloatDType, Tensor, backend::Backend};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    bounding_box_normalized, bounding_box_side, chamfer_distance, conformality_loss,
+    Flattening, bounding_box_normalized, bounding_box_side, chamfer_distance, conformality_loss,
     flattening_loss, normal_loss, point_cycle_loss, repulsion_threshold, unwrapping_loss,
     uv_cycle_loss,
 };
 use crate::cycles::{DeformBranch, UnwrapBranch};
-use crate::jacobian::Jacobian;
 use crate::neighbors::NeighborSearch;
 
 /// K_u: neighbours that the unwrapping loss keeps apart (the paper's appendix).
@@ -87,7 +86,7 @@ pub enum LossTerm {
     ConformalityF,
     /// Mean |λ¹ − λ²| of g.
     ConformalityG,
-    /// ℓ_flat: mean (λ¹ − λ²) / (λ¹ + λ²) of the derivative of Q along the surface.
+    /// ℓ_flat: the anticonformal part of the derivative of Q along the surface.
     Flattening,
 }
 
@@ -137,7 +136,7 @@ impl<B: Backend> Losses<B> {
         normals: Option<Tensor<B, 2>>,
         deform: Option<DeformBranch<B>>,
         unwrap: Option<UnwrapBranch<B>>,
-        flattening: Option<Jacobian<B>>,
+        flattening: Option<Flattening<B>>,
         search: &dyn NeighborSearch<B>,
     ) -> Self {
         let lattice_size = match &deform {

@@ -17,19 +17,7 @@ pub struct CutNet<B: Backend> {
 impl<B: Backend> CutNet<B> {
     /// P `[N, 3]` → P_cut `[N, 3]`.
     pub fn forward(&self, p: Tensor<B, 2>, evaluation: &dyn Evaluation<B>) -> Tensor<B, 2> {
-        self.forward_with_tangents(p, Vec::new(), evaluation).0
-    }
-
-    /// [`CutNet::forward`], and its derivative applied to each of `tangents`: `[N, 3] → [N, 3]`.
-    pub fn forward_with_tangents(
-        &self,
-        p: Tensor<B, 2>,
-        tangents: Vec<Tensor<B, 2>>,
-        evaluation: &dyn Evaluation<B>,
-    ) -> (Tensor<B, 2>, Vec<Tensor<B, 2>>) {
-        let (moved, pushed) =
-            evaluation.twofold(&self.mlp_1, &self.mlp_2, p.clone(), tangents.clone());
-        let pushed = pushed.into_iter().zip(tangents).map(|(a, b)| a + b);
-        (moved + p, pushed.collect())
+        let (moved, _) = evaluation.twofold(&self.mlp_1, &self.mlp_2, p.clone(), Vec::new());
+        moved + p
     }
 }

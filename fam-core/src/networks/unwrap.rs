@@ -14,17 +14,6 @@ pub struct UnwrapNet<B: Backend> {
 impl<B: Backend> UnwrapNet<B> {
     /// P_cut `[N, 3]` → Q `[N, 2]`.
     pub fn forward(&self, p_cut: Tensor<B, 2>, evaluation: &dyn Evaluation<B>) -> Tensor<B, 2> {
-        self.forward_with_tangents(p_cut, Vec::new(), evaluation).0
-    }
-
-    /// [`UnwrapNet::forward`], and its derivative applied to each of `tangents`:
-    /// `[N, 3] → [N, 2]`.
-    pub fn forward_with_tangents(
-        &self,
-        p_cut: Tensor<B, 2>,
-        tangents: Vec<Tensor<B, 2>>,
-        evaluation: &dyn Evaluation<B>,
-    ) -> (Tensor<B, 2>, Vec<Tensor<B, 2>>) {
-        evaluation.single(&self.mlp, p_cut, tangents)
+        evaluation.single(&self.mlp, p_cut)
     }
 }

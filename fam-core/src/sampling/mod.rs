@@ -1,8 +1,8 @@
-//! The points P that training sees, and those at which it judges the flattening.
+//! The points P that training sees, and the triangles on which it judges the flattening.
 
 mod farthest_point;
 mod poisson_disk;
-mod tangents;
+mod triangles;
 
 use rand::Rng;
 use rand::seq::index::{self, IndexVec};
@@ -13,7 +13,7 @@ use crate::surface::{Normalization, Surface, SurfaceError};
 
 pub use farthest_point::farthest_points;
 pub use poisson_disk::{SurfacePoint, poisson_disk};
-pub use tangents::{TangentPlanes, TangentSource};
+pub use triangles::{TriangleSource, Triangles};
 
 /// Where the training points of a mesh come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

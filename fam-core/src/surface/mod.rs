@@ -10,6 +10,7 @@ mod edges;
 mod left_out;
 mod mesh;
 mod normalization;
+pub(crate) mod orientation;
 pub(crate) mod plane;
 mod point_cloud;
 pub(crate) mod sets;

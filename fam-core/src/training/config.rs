@@ -150,7 +150,7 @@ impl TrainingConfig {
                 .with_width(64)
                 .with_unwrap_factor(Some(2)),
             weights: LossWeights {
-                flattening: 0.005,
+                flattening: 0.01,
                 ..LossWeights::default()
             },
             ..Self::paper()
@@ -275,7 +275,7 @@ mod tests {
         assert_eq!((paper.opening_steps(), fast.opening_steps()), (0, 600));
         let at = |iteration| fast.weights_at(iteration);
         assert_eq!((at(99).flattening, at(99).wrap), (0.0, 1.0));
-        assert_eq!((at(100).flattening, at(100).wrap), (0.005, 1.0));
+        assert_eq!((at(100).flattening, at(100).wrap), (0.01, 1.0));
         assert!((at(200).wrap - 0.1f64.sqrt()).abs() < 1e-9);
         for iteration in [300, 999] {
             assert!((at(iteration).wrap - 0.1).abs() < 1e-9);

@@ -13,10 +13,10 @@ use rand_pcg::Pcg64;
 use super::optimizer::Optimizer;
 use super::{Ablation, Strategies, TrainingConfig, turn};
 use crate::cycles::lattice;
-use crate::losses::{LossTerm, Losses, Objective};
+use crate::losses::{Flattening, LossTerm, Losses, Objective};
 use crate::map::TrainedMap;
 use crate::networks::FlattenAnything;
-use crate::sampling::{PointSource, Sample, TangentSource};
+use crate::sampling::{PointSource, Sample, TriangleSource};
 use crate::surface::{Normalization, Surface, SurfaceError};
 
 /// What one iteration did.
@@ -67,7 +67,7 @@ pub struct Trainer<B: AutodiffBackend> {
     normalization: Normalization,
     source: PointSource,
     /// Where ℓ_flat is evaluated, if it has a weight.
-    flattened: Option<Arc<TangentSource>>,
+    flattened: Option<Arc<TriangleSource>>,
     /// Of the opening, and after it.
     stages: [Stage<B>; 2],
     state: State<B>,
@@ -157,7 +157,7 @@ impl<B: AutodiffBackend> Trainer<B> {
             return Err(SurfaceError::TooSmall("it has fewer than 4 points").into());
         }
         let flattened = (config.weights.flattening > 0.0)
-            .then(|| TangentSource::new(surface, &normalization, config.normals))
+            .then(|| TriangleSource::new(surface, &normalization))
             .flatten()
             .map(Arc::new);
         let stages = [0, config.opening_iterations()].map(|iteration| {
@@ -198,8 +198,8 @@ impl<B: AutodiffBackend> Trainer<B> {
         self.source.count()
     }
 
-    /// The loss terms of the current weights on the points of the next iteration, and on fresh ones
-    /// for ℓ_flat. What this draws at random, training goes on without, but for the points of ℓ_flat
+    /// The loss terms of the current weights on the points of the next iteration, and on fresh
+    /// triangles for ℓ_flat. What this draws at random, training goes on without, but for the triangles of ℓ_flat
     /// in the opening. Beside other trainers, whoever calls this holds the [`turn`] until they are
     /// differentiated or dropped.
     pub fn losses(&mut self) -> Losses<B> {
@@ -251,18 +251,20 @@ impl<B: AutodiffBackend> Trainer<B> {
                 let count = stage.count.div_ceil(FLATTENED);
                 // Training goes on alike whether or not a term is looked at that it leaves out.
                 let rng = &mut self.state.rng;
-                let planes = match minimised {
+                let triangles = match minimised {
                     true => source.draw(count, rng),
                     false => source.draw(count, &mut rng.clone()),
                 };
-                let tangents = [0, 1].map(|k| planes.tangents.iter().map(|pair| pair[k]).collect());
-                let evaluation = &*self.strategies.evaluation;
-                self.state.model.flattening(
-                    rows(planes.points, &self.device),
-                    tangents.map(|tangents| rows(tangents, &self.device)),
+                let jacobian = self.state.model.flattening(
+                    triangles.corners.map(|p| rows(p, &self.device)),
+                    triangles.gradients.map(|g| rows(g, &self.device)),
                     cut_net,
-                    evaluation,
-                )
+                    &*self.strategies.evaluation,
+                );
+                Flattening {
+                    jacobian,
+                    oriented: source.is_oriented(),
+                }
             });
         Losses::of(
             objective,
@@ -505,8 +507,8 @@ impl<B: AutodiffBackend> State<B> {
     }
 }
 
-/// Points of an iteration for each point at which ℓ_flat is evaluated. These are fresh ones each
-/// time, and half as many as the others are enough (docs/performance.md).
+/// Points of an iteration for each triangle on which ℓ_flat is evaluated. These are fresh ones each
+/// time (docs/performance.md).
 const FLATTENED: usize = 2;
 
 /// Fewer points have no three neighbours each.
@@ -524,8 +526,8 @@ impl<B: AutodiffBackend> Batch<B> {
     }
 }
 
-fn rows<B: Backend>(rows: Vec<[f32; 3]>, device: &B::Device) -> Tensor<B, 2> {
-    let shape = [rows.len(), 3];
+fn rows<B: Backend, const D: usize>(rows: Vec<[f32; D]>, device: &B::Device) -> Tensor<B, 2> {
+    let shape = [rows.len(), D];
     Tensor::from_data(TensorData::new(rows.into_flattened(), shape), device)
 }
 

@@ -9,7 +9,7 @@ use burn_autodiff::Autodiff;
 use burn_ndarray::NdArray;
 use fam_core::evaluation::Plain;
 use fam_core::jacobian::JacobianMode;
-use fam_core::losses::{LossWeights, Losses, Objective, conformality_loss};
+use fam_core::losses::{Flattening, LossWeights, Losses, Objective, conformality_loss};
 use fam_core::neighbors::KdTree;
 use fam_core::networks::{FlattenAnything, FlattenAnythingConfig};
 use fam_core::training::turn;
@@ -91,15 +91,23 @@ impl Problem {
             .cast(FloatDType::F64)
     }
 
-    /// Two orthonormal tangents of the torus at every point.
-    fn tangents(&self) -> [Tensor<Cpu, 2>; 2] {
+    /// The corners of a right-angled triangle at every point of the torus, and the gradients that
+    /// belong to it.
+    fn triangles(&self) -> ([Tensor<Cpu, 2>; 3], [Tensor<Cpu, 2>; 2]) {
         let normals = self.input("normals");
         let up = Tensor::<Cpu, 2>::from_data([[0.0, 0.0, 1.0]], &Default::default());
         let up = up.cast(FloatDType::F64).expand(normals.dims());
         let along = Tensor::cross(up, normals.clone(), 1);
         let length = (along.clone() * along.clone()).sum_dim(1).sqrt();
         let along = along / length;
-        [along.clone(), Tensor::cross(normals, along, 1)]
+        let points = self.input("points");
+        let corners = [along.clone(), Tensor::cross(normals, along, 1)];
+        let [b, c] = corners.map(|tangent| points.clone() + tangent * 0.1);
+        let gradients = [[10.0, 0.0], [0.0, 10.0]].map(|gradient| {
+            let row = Tensor::<Cpu, 2>::from_data([gradient], &Default::default());
+            row.cast(FloatDType::F64).expand([points.dims()[0], 2])
+        });
+        ([points, b, c], gradients)
     }
 
     /// The weights that finite differences can follow: in the paper's objective ε moves with
@@ -123,7 +131,11 @@ impl Problem {
         let on_g = (self.objective == Objective::Paper).then_some(self.mode);
         let deform = model.deform_branch(self.input("grid"), on_g, true, &Plain);
         let unwrap = model.unwrap_branch(self.input("points"), self.mode, true, &Plain);
-        let flattening = model.flattening(self.input("points"), self.tangents(), true, &Plain);
+        let (corners, gradients) = self.triangles();
+        let flattening = Flattening {
+            jacobian: model.flattening(corners, gradients, true, &Plain),
+            oriented: true,
+        };
         Losses::of(
             self.objective,
             self.input("points"),

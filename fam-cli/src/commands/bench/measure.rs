@@ -204,7 +204,7 @@ fn multiplications<B: Backend>(model: &FlattenAnything<B>, config: &TrainingConf
     let cut = of(&[&model.cut.mlp_1, &model.cut.mlp_2]);
     let unwrap = of(&[&model.unwrap.mlp]);
     let flattenings = f64::from(config.weights.flattening > 0.0);
-    // Two tangents for each Jacobian; ℓ_flat has points of its own beside them, half as many.
+    // Two tangents for each Jacobian; ℓ_flat has three corners for every other point.
     deform
         + 2.0 * (wrap + cut + unwrap)
         + 2.0 * jacobians(config.objective) * wrap
