@@ -31,6 +31,12 @@ static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
+    // The thread that trains is one of those that share its work: it does not wake them for each of
+    // a hundred small pieces of a step, and does not wait for them to be awake. Without it, the
+    // pool is made where it is first used.
+    let _ = rayon::ThreadPoolBuilder::new()
+        .use_current_thread()
+        .build_global();
     let result = match arguments.command {
         None => commands::unwrap(args::Unwrap::default()),
         Some(Command::Unwrap(arguments)) => commands::unwrap(arguments),

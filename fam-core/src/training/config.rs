@@ -18,7 +18,7 @@ const MAX_STARTS: usize = 64;
 
 /// What is left of the weight of ℓ_wrap when the surface is open. Until then it leads; after that it
 /// stands in the way of the other terms (docs/performance.md).
-const WRAP_AFTER_OPENING: f64 = 0.1;
+const WRAP_AFTER_OPENING: f64 = 0.03;
 
 /// Share of the iterations in which it falls there, geometrically.
 const WRAP_FALL: f64 = 0.2;
@@ -68,7 +68,7 @@ pub struct TrainingConfig {
     /// Optimiser steps of the map that is kept; see [`steps`](Self::steps) for all.
     pub iterations: usize,
     /// Share of the iterations that open the surface, in 0 … 1. In them ℓ_flat is not minimised; after
-    /// them ℓ_wrap falls to a tenth of its weight ([`weights_at`](Self::weights_at)). With 0,
+    /// them ℓ_wrap falls to a thirtieth of its weight ([`weights_at`](Self::weights_at)). With 0,
     /// weights are the same all the time.
     #[serde(default)]
     pub opening: f64,
@@ -150,7 +150,7 @@ impl TrainingConfig {
                 .with_width(64)
                 .with_unwrap_factor(Some(2)),
             weights: LossWeights {
-                flattening: 0.01,
+                flattening: 0.02,
                 ..LossWeights::default()
             },
             ..Self::paper()
@@ -275,10 +275,10 @@ mod tests {
         assert_eq!((paper.opening_steps(), fast.opening_steps()), (0, 600));
         let at = |iteration| fast.weights_at(iteration);
         assert_eq!((at(99).flattening, at(99).wrap), (0.0, 1.0));
-        assert_eq!((at(100).flattening, at(100).wrap), (0.01, 1.0));
-        assert!((at(200).wrap - 0.1f64.sqrt()).abs() < 1e-9);
+        assert_eq!((at(100).flattening, at(100).wrap), (0.02, 1.0));
+        assert!((at(200).wrap - 0.03f64.sqrt()).abs() < 1e-9);
         for iteration in [300, 999] {
-            assert!((at(iteration).wrap - 0.1).abs() < 1e-9);
+            assert!((at(iteration).wrap - 0.03).abs() < 1e-9);
         }
         assert_eq!(at(999).cycle, fast.weights.cycle);
     }

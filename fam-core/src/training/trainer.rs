@@ -248,12 +248,11 @@ impl<B: AutodiffBackend> Trainer<B> {
         let flattening = flattening
             .filter(|_| (all || minimised) && without != Ablation::UnwrapBranch)
             .map(|source| {
-                let count = stage.count.div_ceil(FLATTENED);
                 // Training goes on alike whether or not a term is looked at that it leaves out.
                 let rng = &mut self.state.rng;
                 let triangles = match minimised {
-                    true => source.draw(count, rng),
-                    false => source.draw(count, &mut rng.clone()),
+                    true => source.draw(stage.count, rng),
+                    false => source.draw(stage.count, &mut rng.clone()),
                 };
                 let jacobian = self.state.model.flattening(
                     triangles.corners.map(|p| rows(p, &self.device)),
@@ -506,10 +505,6 @@ impl<B: AutodiffBackend> State<B> {
         })
     }
 }
-
-/// Points of an iteration for each triangle on which ℓ_flat is evaluated. These are fresh ones each
-/// time (docs/performance.md).
-const FLATTENED: usize = 2;
 
 /// Fewer points have no three neighbours each.
 const MIN_POINTS: usize = 4;

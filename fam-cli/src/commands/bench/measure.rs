@@ -204,11 +204,11 @@ fn multiplications<B: Backend>(model: &FlattenAnything<B>, config: &TrainingConf
     let cut = of(&[&model.cut.mlp_1, &model.cut.mlp_2]);
     let unwrap = of(&[&model.unwrap.mlp]);
     let flattenings = f64::from(config.weights.flattening > 0.0);
-    // Two tangents for each Jacobian; ℓ_flat has three corners for every other point.
+    // Two tangents for each Jacobian; ℓ_flat has a triangle for each point.
     deform
         + 2.0 * (wrap + cut + unwrap)
         + 2.0 * jacobians(config.objective) * wrap
-        + 1.5 * flattenings * (cut + unwrap)
+        + 3.0 * flattenings * (cut + unwrap)
 }
 
 /// The rate of the best of some matrix products, in GFLOP/s.
