@@ -1,5 +1,6 @@
 //! Training that is planned to end on time.
 
+use std::collections::HashMap;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -23,8 +24,11 @@ const FINISHING_TRAININGS: f64 = 0.45;
 /// Share of the time that is left to seams, pictures and files.
 const WRITING_SHARE: f64 = 0.05;
 
-/// Steps that are measured, beside two that are not.
+/// Steps that are measured.
 const PROBE: usize = 10;
+
+/// Steps before those.
+const UNMEASURED: usize = 2;
 
 /// Iterations that are always made, and the most, which are the paper's.
 const ITERATIONS: std::ops::RangeInclusive<usize> = 50..=10_000;
@@ -165,45 +169,59 @@ impl Plan<'_> {
         device: &B::Device,
         strategies: &Strategies<B>,
     ) -> Result<Option<Pace>, Failure> {
-        let seconds =
-            |iterations: usize, opening: f64| {
-                let config = TrainingConfig {
-                    iterations,
-                    opening,
-                    starts: 1,
-                    ..config.clone()
-                };
-                let division = Division {
-                    labels: &self.parting.labels,
-                    squares: &self.parting.squares,
-                };
-                let before = Instant::now();
-                let strategies = strategies.clone();
-                atlas::flatten::<B>(&config, self.surface, division, device, strategies, |_| {
-                    match self.interrupt.load(Ordering::Relaxed) {
-                        true => ControlFlow::Break(()),
-                        false => ControlFlow::Continue(()),
-                    }
-                })
-                .map_err(Failure::input)?;
-                Ok::<f64, Failure>(before.elapsed().as_secs_f64())
+        // Every step is to be seen.
+        let strategies = Strategies {
+            read_every: 1,
+            ..strategies.clone()
+        };
+        let timed = |iterations: usize, opening: f64| -> Result<Option<Pace>, Failure> {
+            let config = TrainingConfig {
+                iterations,
+                opening,
+                starts: 1,
+                ..config.clone()
             };
-        // The first steps allocate, and on a graphics adapter compile.
-        let probe = |opening: f64| -> Result<Option<Pace>, Failure> {
-            let mut taken = [0.0; 3];
-            for (taken, iterations) in taken.iter_mut().zip([2, 2, 2 + PROBE]) {
-                *taken = seconds(iterations, opening)?;
-                if self.interrupt.load(Ordering::Relaxed) {
-                    return Ok(None);
+            let division = Division {
+                labels: &self.parting.labels,
+                squares: &self.parting.squares,
+            };
+            let before = Instant::now();
+            let strategies = strategies.clone();
+            // Of every component the first step that counts, the last, and when they ended.
+            let mut seen: HashMap<usize, [(usize, Instant); 2]> = HashMap::new();
+            atlas::flatten::<B>(&config, self.surface, division, device, strategies, |at| {
+                let now = (at.step.iteration, Instant::now());
+                if now.0 + 1 >= UNMEASURED {
+                    let ends = seen.entry(at.component).or_insert([now; 2]);
+                    ends[1] = now;
                 }
+                match self.interrupt.load(Ordering::Relaxed) {
+                    true => ControlFlow::Break(()),
+                    false => ControlFlow::Continue(()),
+                }
+            })
+            .map_err(Failure::input)?;
+            let taken = before.elapsed().as_secs_f64();
+            if self.interrupt.load(Ordering::Relaxed) {
+                return Ok(None);
             }
-            let [_, few, many] = taken;
-            let step = ((many - few) / PROBE as f64).max(1e-6);
+            let mean = |[first, last]: &[(usize, Instant); 2]| {
+                let steps = (last.0 - first.0).max(1);
+                (last.1 - first.1).as_secs_f64() / steps as f64
+            };
+            let step = seen.values().map(mean).sum::<f64>().max(1e-6);
             Ok(Some(Pace {
                 step,
                 opening: step,
-                start: (few - 2.0 * step).max(0.0),
+                start: (taken - step * iterations as f64).max(0.0),
             }))
+        };
+        // The first steps allocate, and on a graphics adapter compile.
+        let probe = |opening: f64| -> Result<Option<Pace>, Failure> {
+            match timed(UNMEASURED, opening)? {
+                Some(_) => timed(UNMEASURED + PROBE, opening),
+                None => Ok(None),
+            }
         };
         let Some(pace) = probe(0.0)? else {
             return Ok(None);
@@ -211,7 +229,7 @@ impl Plan<'_> {
         if config.opening == 0.0 {
             return Ok(Some(pace));
         }
-        // So few steps may seem to take no time; they take at least their share of points.
+        // They take at least their share of points.
         let least = pace.step * config.points_at(0, config.points) as f64 / config.points as f64;
         Ok(probe(1.0)?.map(|Pace { opening, .. }| Pace {
             opening: opening.max(least),

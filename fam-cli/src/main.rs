@@ -24,6 +24,7 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use args::{Arguments, Command};
+use failure::Failure;
 
 /// Large temporaries come and go in every training step; this allocator keeps their pages.
 #[global_allocator]
@@ -31,13 +32,7 @@ static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    // The thread that trains is one of those that share its work: it does not wake them for each of
-    // a hundred small pieces of a step, and does not wait for them to be awake. Without it, the
-    // pool is made where it is first used.
-    let _ = rayon::ThreadPoolBuilder::new()
-        .use_current_thread()
-        .build_global();
-    let result = match arguments.command {
+    let result = share_work().and_then(|()| match arguments.command {
         None => commands::unwrap(args::Unwrap::default()),
         Some(Command::Unwrap(arguments)) => commands::unwrap(arguments),
         Some(Command::Map(arguments)) => commands::map(&arguments),
@@ -45,7 +40,7 @@ fn main() -> ExitCode {
         Some(Command::Evaluate(arguments)) => commands::evaluate(&arguments),
         Some(Command::Bench(arguments)) => commands::bench(&arguments),
         Some(Command::Backends) => commands::backends(),
-    };
+    });
     match result {
         Ok(code) => code,
         Err(failure) => {
@@ -53,4 +48,13 @@ fn main() -> ExitCode {
             failure.exit_code()
         }
     }
+}
+
+/// Makes this thread, which trains one map at a time, one of those that share the work of its steps: it
+/// need not wake another for each of a hundred small pieces of a step, nor wait until that is awake.
+fn share_work() -> Result<(), Failure> {
+    let threads = rayon::ThreadPoolBuilder::new().use_current_thread();
+    threads
+        .build_global()
+        .map_err(|error| Failure::work(format!("cannot start threads: {error}")))
 }

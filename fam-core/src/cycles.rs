@@ -143,3 +143,59 @@ pub fn lattice(count: usize) -> Vec<[f32; 2]> {
         .map(|i| [at(i / side), at(i % side)])
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluation::Plain;
+    use crate::networks::FlattenAnythingConfig;
+    use crate::sampling::TriangleSource;
+    use crate::surface::{Normalization, Surface, shapes};
+    use burn::tensor::TensorData;
+    use burn_ndarray::NdArray;
+    use rand::SeedableRng;
+    use rand_pcg::Pcg64;
+
+    fn host<const D: usize>(rows: Tensor<NdArray, 2>) -> Vec<[f32; D]> {
+        let values: Vec<f32> = rows.into_data().to_vec().unwrap();
+        values.as_chunks().0.to_vec()
+    }
+
+    /// Along its edges, the derivative on a triangle is the difference of the UVs at their ends.
+    #[test]
+    fn the_flattening_is_linear_on_triangles() {
+        let device = Default::default();
+        let surface = Surface::Mesh(shapes::torus(1.0, 0.4, 12, 8));
+        let normalization = Normalization::of(surface.positions()).unwrap();
+        let source = TriangleSource::new(&surface, &normalization).unwrap();
+        let drawn = source.draw(50, &mut Pcg64::seed_from_u64(1));
+        let config = FlattenAnythingConfig::new().with_width(16);
+        let model = config.init::<NdArray>(&device, 1);
+        let three = |rows: &Vec<[f32; 3]>| {
+            Tensor::<NdArray, 2>::from_data(TensorData::new(rows.concat(), [50, 3]), &device)
+        };
+        let two = |rows: &Vec<[f32; 2]>| {
+            Tensor::<NdArray, 2>::from_data(TensorData::new(rows.concat(), [50, 2]), &device)
+        };
+        let corners = drawn.corners.each_ref().map(three);
+        let q = corners
+            .clone()
+            .map(|corner| host::<2>(model.unwrap(corner, true, &Plain)));
+        let gradients = drawn.gradients.each_ref().map(two);
+        let jacobian = model.flattening(corners, gradients, true, &Plain);
+        let (u, v) = (host::<2>(jacobian.u), host::<2>(jacobian.v));
+        for t in 0..50 {
+            // One edge is orthogonal to the other's gradient, and its own is 1 along it.
+            let [[a, b], [c, d]] = [0, 1].map(|k| drawn.gradients[k][t]);
+            let determinant = a * d - b * c;
+            let edges = [[d, -c], [-b, a]].map(|edge| edge.map(|x| x / determinant));
+            for (k, [x, y]) in edges.into_iter().enumerate() {
+                for axis in 0..2 {
+                    let expected = q[k + 1][t][axis] - q[0][t][axis];
+                    let found = u[t][axis] * x + v[t][axis] * y;
+                    assert!((found - expected).abs() < 1e-5, "{found} {expected}");
+                }
+            }
+        }
+    }
+}

@@ -1,6 +1,6 @@
 use std::sync::Mutex;
 
-/// More would be kept for nothing: a step holds one for each of its seven evaluations.
+/// More would be kept for nothing: a step holds one for each of its nine evaluations.
 const MOST: usize = 16;
 
 /// Buffers to be used again: those of one step have the sizes of the next, and the system need

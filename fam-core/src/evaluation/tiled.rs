@@ -24,8 +24,8 @@ use crate::networks::Mlp;
 /// Memory of one step is used again by the next; clones share it.
 ///
 /// Like Burn's own backends on the CPU it waits for `rayon`'s threads while a step has the
-/// [turn](crate::training::turn): trainings side by side are to run on threads of their own, not on
-/// `rayon`'s, which would take up one training while they wait for another.
+/// [turn](crate::training::turn): trainings side by side are not to run in tasks of `rayon`, which
+/// would take up one training while they wait for another.
 ///
 /// # Panics
 /// If the numbers of rows and columns do not fit, as Burn's operations do.

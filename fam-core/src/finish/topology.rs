@@ -25,7 +25,7 @@ pub struct Opened {
 }
 
 impl Topology {
-    /// The half-edges of a connected manifold mesh, coherently oriented: as most of its
+    /// The half-edges of a manifold mesh, coherently oriented: in each part as most of its
     /// triangles are. Where it is not orientable, as a Möbius strip, it comes cut.
     pub fn oriented(mesh: &TriangleMesh) -> Opened {
         let triangles = mesh.triangles();

@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use super::{FinishProgress, Stage};
 
-/// What is told of progress.
+/// What is told of progress. It is not to wait for tasks of `rayon`: one of these may be waiting for it.
 pub type Observer<'a> = dyn FnMut(FinishProgress) -> ControlFlow<()> + Send + 'a;
 
 /// Passes on what is reached to who observes. Once they break off, nothing goes on any more.

@@ -98,5 +98,8 @@ mod tests {
             assert!((loss(&all, true) - 1.0 / 3.0).abs() < 1e-3);
             assert!(loss(&all, false) < 1e-3);
         }
+        // However large.
+        let large = ([0.0, 10.0], [10.0, 0.0]);
+        assert!((loss(&[one, large, one], true) - 1.0 / 3.0).abs() < 1e-3);
     }
 }

@@ -1,14 +1,22 @@
-use rand::{Rng, RngExt};
+use rand::seq::index;
+use rand::{Rng, RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+use rayon::prelude::*;
 
 use crate::neighbors::nearest_others;
 use crate::surface::degenerate::{double_area, rescaled};
-use crate::surface::orientation::{across, turned};
+use crate::surface::orientation::{across, agree, turned};
 use crate::surface::plane::frame;
 use crate::surface::vector::{add, cross, dot, length, normalize, scale, sub};
 use crate::surface::{Normalization, PointCloud, Surface, TriangleMesh};
 
-/// Neighbours of a point of a cloud among which two make a triangle with it.
-const NEAR: usize = 8;
+/// Neighbours of a point of a cloud among which two make a triangle with it. Where most points have
+/// none among the first number, as where a scanner's lines are far apart, it is the next.
+const NEAR: [usize; 3] = [8, 32, 128];
+
+/// Points of a cloud that triangles are made of, at most. Those of closer ones would be as small as
+/// what points scatter by, and as the rounding of UVs.
+const MOST_POINTS: usize = 200_000;
 
 /// Twice the area of such a triangle over its longest edge squared; 0.87 if all edges are alike. A
 /// flatter one says little about one of its two directions.
@@ -39,8 +47,13 @@ pub struct Triangles {
 /// of those near it.
 #[derive(Debug, Clone)]
 pub enum TriangleSource {
-    /// All that have an area, oriented alike: in each part that edges hold together, as most are.
-    Mesh(Vec<Triangle>),
+    /// All that have an area.
+    Mesh {
+        /// In each part that edges hold together, most keep the orientation that they have.
+        triangles: Vec<Triangle>,
+        /// Whether neighbours are oriented alike.
+        oriented: bool,
+    },
     /// A cloud.
     Cloud(NearPoints),
 }
@@ -68,20 +81,14 @@ impl TriangleSource {
     /// `None` if no triangle has an area.
     pub fn new(surface: &Surface, normalization: &Normalization) -> Option<Self> {
         match surface {
-            Surface::Mesh(mesh) => {
-                let triangles = of_mesh(mesh, normalization);
-                (!triangles.is_empty()).then_some(Self::Mesh(triangles))
-            }
-            Surface::PointCloud(cloud) => {
-                let points = NearPoints::new(cloud, normalization);
-                (!points.usable.is_empty()).then_some(Self::Cloud(points))
-            }
+            Surface::Mesh(mesh) => Self::of_mesh(mesh, normalization),
+            Surface::PointCloud(cloud) => NearPoints::new(cloud, normalization).map(Self::Cloud),
         }
     }
 
-    /// Whether neighbouring triangles are oriented alike.
+    /// Whether neighbouring triangles are oriented alike: not those of clouds, nor of a Möbius strip.
     pub fn is_oriented(&self) -> bool {
-        matches!(self, Self::Mesh(_))
+        matches!(self, Self::Mesh { oriented: true, .. })
     }
 
     /// So many triangles, each drawn from all.
@@ -89,7 +96,7 @@ impl TriangleSource {
         let mut drawn = Triangles::default();
         for _ in 0..count {
             let triangle = match self {
-                Self::Mesh(triangles) => triangles[rng.random_range(0..triangles.len())],
+                Self::Mesh { triangles, .. } => triangles[rng.random_range(0..triangles.len())],
                 Self::Cloud(points) => points.triangle(rng),
             };
             for (all, corner) in drawn.corners.iter_mut().zip(triangle.corners) {
@@ -101,23 +108,30 @@ impl TriangleSource {
         }
         drawn
     }
-}
 
-fn of_mesh(mesh: &TriangleMesh, normalization: &Normalization) -> Vec<Triangle> {
-    let positions = rescaled(mesh.positions());
-    let triangles = mesh.triangles();
-    let turned = turned(triangles, &across(triangles));
-    let oriented = triangles.iter().zip(turned);
-    oriented
-        .map(|(&[a, b, c], turned)| if turned { [a, c, b] } else { [a, b, c] })
-        .filter_map(|corners| {
-            let precise = corners.map(|v| positions[v as usize]);
-            let [a, b, c] = precise;
-            let corner = |v: u32| normalization.apply(mesh.positions()[v as usize]);
-            (double_area(precise) > 0.0)
-                .then(|| Triangle::new(corners.map(corner), cross(sub(b, a), sub(c, a))))
+    fn of_mesh(mesh: &TriangleMesh, normalization: &Normalization) -> Option<Self> {
+        let positions = rescaled(mesh.positions());
+        let triangles = mesh.triangles();
+        let across = across(triangles);
+        let turned = turned(triangles, &across);
+        let oriented = agree(triangles, &across, &turned);
+        let triangles: Vec<_> = triangles
+            .iter()
+            .zip(turned)
+            .map(|(&[a, b, c], turned)| if turned { [a, c, b] } else { [a, b, c] })
+            .filter_map(|corners| {
+                let precise = corners.map(|v| positions[v as usize]);
+                let [a, b, c] = precise;
+                let corner = |v: u32| normalization.apply(mesh.positions()[v as usize]);
+                (double_area(precise) > 0.0)
+                    .then(|| Triangle::new(corners.map(corner), cross(sub(b, a), sub(c, a))))
+            })
+            .collect();
+        (!triangles.is_empty()).then_some(Self::Mesh {
+            triangles,
+            oriented,
         })
-        .collect()
+    }
 }
 
 impl Triangle {
@@ -153,20 +167,42 @@ impl Triangle {
 }
 
 impl NearPoints {
-    fn new(cloud: &PointCloud, normalization: &Normalization) -> Self {
+    /// `None` if none makes a triangle with those near it.
+    fn new(cloud: &PointCloud, normalization: &Normalization) -> Option<Self> {
         let normalized = |&p| normalization.apply(p);
-        let points: Vec<[f32; 3]> = cloud.points().iter().map(normalized).collect();
-        let count = NEAR.min(points.len().saturating_sub(1));
+        let mut points: Vec<[f32; 3]> = cloud.points().iter().map(normalized).collect();
+        // Equal ones would be each other's nearest.
+        points.sort_unstable_by_key(|p| p.map(f32::to_bits));
+        points.dedup();
+        if points.len() > MOST_POINTS {
+            let mut rng = Pcg64::seed_from_u64(0);
+            let chosen = index::sample(&mut rng, points.len(), MOST_POINTS);
+            points = chosen.iter().map(|i| points[i]).collect();
+        }
+        let others = points.len().saturating_sub(1);
+        let mut found = None;
+        for count in NEAR {
+            let near = Self::among(&points, count.min(others));
+            let enough = 2 * near.usable.len() >= points.len();
+            found = Some(near).filter(|near| !near.usable.is_empty()).or(found);
+            if enough || count >= others {
+                break;
+            }
+        }
+        found
+    }
+
+    fn among(points: &[[f32; 3]], count: usize) -> Self {
         let mut near = Self {
             near: match count {
                 0 => Vec::new(),
-                _ => nearest_others(&points, count),
+                _ => nearest_others(points, count),
             },
-            points,
+            points: points.to_vec(),
             count,
             usable: Vec::new(),
         };
-        let all = 0..near.points.len() as u32;
+        let all = (0..points.len() as u32).into_par_iter();
         near.usable = all
             .filter(|&p| near.around(p).iter().any(|&q| near.with(p, q).is_some()))
             .collect();
@@ -177,18 +213,19 @@ impl NearPoints {
         &self.near[p as usize * self.count..][..self.count]
     }
 
-    /// Points p and q and the one near p that makes the best triangle with them, if that is good
-    /// enough.
+    /// Points p and q and the nearest to p that makes a good triangle with them.
     fn with(&self, p: u32, q: u32) -> Option<[u32; 3]> {
-        let area = |&r: &u32| {
+        let area = |r: u32| {
             let [p, q, r] = [p, q, r].map(|i| self.points[i as usize].map(f64::from));
             let edges = [sub(q, p), sub(r, p), sub(r, q)];
             let longest = edges.map(|e| dot(e, e)).into_iter().fold(0.0, f64::max);
             length(cross(edges[0], edges[1])) / longest.max(f64::MIN_POSITIVE)
         };
         let around = self.around(p).iter();
-        let best = around.max_by(|a, b| area(a).total_cmp(&area(b)))?;
-        (area(best) >= LEAST_AREA).then_some([p, q, *best])
+        around
+            .copied()
+            .find(|&r| area(r) >= LEAST_AREA)
+            .map(|r| [p, q, r])
     }
 
     /// A point, one near it, and the one that fits these.
@@ -209,8 +246,6 @@ impl NearPoints {
 mod tests {
     use super::*;
     use crate::surface::shapes;
-    use rand::SeedableRng;
-    use rand_pcg::Pcg64;
 
     fn normalization(surface: &Surface) -> Normalization {
         Normalization::of(surface.positions()).unwrap()
@@ -267,11 +302,40 @@ mod tests {
         };
         let mixed = sheet.triangles().iter().enumerate().map(wound).collect();
         let mixed = TriangleMesh::new(sheet.positions().to_vec(), mixed).unwrap();
-        let triangles = draw(&Surface::Mesh(mixed), 300);
+        let mixed = Surface::Mesh(mixed);
+        let triangles = draw(&mixed, 300);
         for t in 0..300 {
             let [a, b, c] = [0, 1, 2].map(|k| triangles.corners[k][t].map(f64::from));
             assert!(cross(sub(b, a), sub(c, a))[2] > 0.0);
         }
+        let is_oriented = |surface: &Surface| {
+            TriangleSource::new(surface, &normalization(surface))
+                .unwrap()
+                .is_oriented()
+        };
+        assert!(is_oriented(&mixed));
+        assert!(!is_oriented(&Surface::Mesh(shapes::moebius_strip(
+            0.5, 40, 4
+        ))));
+        let cloud = PointCloud::new(mixed.positions().to_vec(), None).unwrap();
+        assert!(!is_oriented(&Surface::PointCloud(cloud)));
+    }
+
+    /// Lines of points three of which fit between one line and the next, which the 8 nearest of a point
+    /// do not reach, each point nine times, and a line far from all that makes no triangles.
+    #[test]
+    fn clouds_of_lines_and_of_equal_points_have_triangles() {
+        let lines = (0..900).map(|i| [f64::from(i % 60), f64::from(i / 60) * 6.0, 0.0]);
+        let alone = (0..200).map(|i| [f64::from(i) * 0.01, 500.0, 0.0]);
+        let points: Vec<_> = lines.chain(alone).flat_map(|p| [p; 9]).collect();
+        let cloud = Surface::PointCloud(PointCloud::new(points, None).unwrap());
+        let triangles = draw(&cloud, 500);
+        let far = normalization(&cloud).apply([0.0, 500.0, 0.0])[1];
+        let mut seconds = triangles.corners[1].clone();
+        seconds.sort_unstable_by_key(|p| p.map(f32::to_bits));
+        seconds.dedup();
+        assert!(seconds.len() > 200, "{} of 500", seconds.len());
+        assert!(triangles.corners[0].iter().all(|p| p[1] < far - 0.1));
     }
 
     #[test]
@@ -293,6 +357,15 @@ mod tests {
             assert!(length(sub(b, a)) < 2.1 * spacing && length(sub(c, a)) < 2.1 * spacing);
             assert!(length(cross(sub(b, a), sub(c, a))) > 0.9 * spacing * spacing);
         }
+        // All of the 8 around a point are its second corner.
+        let steps: std::collections::HashSet<[i32; 2]> = (0..200)
+            .map(|t| {
+                let [a, b] = [0, 1].map(|k| triangles.corners[k][t].map(f64::from));
+                let step = sub(b, a).map(|c| (c / spacing).round() as i32);
+                [step[0], step[1]]
+            })
+            .collect();
+        assert!(steps.len() >= 8, "{steps:?}");
     }
 
     #[test]
@@ -344,5 +417,8 @@ mod tests {
             let [u, v] = derivatives(&triangles, |p| dot(p, axis))[0];
             assert!((u.hypot(v) - expected).abs() < 1e-3, "{u} {v}");
         }
+        let [a, b, c] = [0, 1, 2].map(|k| triangles.corners[k][0].map(f64::from));
+        let normal = normalize(cross(sub(b, a), sub(c, a)));
+        assert!(dot(normal, normalize([0.0, -1.0, 1.0])) > 0.99);
     }
 }

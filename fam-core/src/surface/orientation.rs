@@ -1,6 +1,6 @@
 //! Coherent orientation of triangles.
 
-use std::collections::{HashMap, VecDeque};
+use rayon::prelude::*;
 
 /// In the place of a half-edge: there is none.
 pub(crate) const NONE: u32 = u32::MAX;
@@ -13,38 +13,28 @@ pub(crate) fn ends(triangles: &[[u32; 3]], h: u32) -> [u32; 2] {
 }
 
 /// For every half-edge the other one between the same vertices, in either direction; [`NONE`] where it
-/// is alone or one of several.
+/// is alone or one of several. Triangles that have a vertex twice are left out.
 pub(crate) fn across(triangles: &[[u32; 3]]) -> Vec<u32> {
-    let mut sides: HashMap<[u32; 2], Sides> = HashMap::new();
-    let count = 3 * triangles.len() as u32;
-    let edge = |h: u32| {
-        let [a, b] = ends(triangles, h);
-        [a.min(b), a.max(b)]
+    let whole = |h: &u32| {
+        let [a, b, c] = triangles[*h as usize / 3];
+        a != b && b != c && c != a
     };
-    for h in 0..count {
-        sides
-            .entry(edge(h))
-            .and_modify(|sides| {
-                *sides = match *sides {
-                    Sides::One(one) => Sides::Two(one, h),
-                    _ => Sides::More,
-                }
-            })
-            .or_insert(Sides::One(h));
+    let mut sides: Vec<([u32; 2], u32)> = (0..3 * triangles.len() as u32)
+        .filter(whole)
+        .map(|h| {
+            let [a, b] = ends(triangles, h);
+            ([a.min(b), a.max(b)], h)
+        })
+        .collect();
+    sides.par_sort_unstable();
+    let mut across = vec![NONE; 3 * triangles.len()];
+    for edge in sides.chunk_by(|(one, _), (other, _)| one == other) {
+        if let [(_, one), (_, other)] = *edge {
+            across[one as usize] = other;
+            across[other as usize] = one;
+        }
     }
-    let other = |h: u32| match sides[&edge(h)] {
-        Sides::Two(one, other) if one == h => other,
-        Sides::Two(one, _) => one,
-        _ => NONE,
-    };
-    (0..count).map(other).collect()
-}
-
-/// The half-edges of an edge.
-enum Sides {
-    One(u32),
-    Two(u32, u32),
-    More,
+    across
 }
 
 /// Which triangles are to be turned over so that neighbours [`across`] edges agree: in each connected
@@ -57,17 +47,17 @@ pub(crate) fn turned(triangles: &[[u32; 3]], across: &[u32]) -> Vec<bool> {
             continue;
         }
         turned[start] = Some(false);
-        let mut part = Vec::new();
-        let mut queue = VecDeque::from([start]);
-        while let Some(t) = queue.pop_front() {
-            part.push(t);
+        let mut part = vec![start];
+        let mut next = 0;
+        while let Some(&t) = part.get(next) {
+            next += 1;
             let own = turned[t] == Some(true);
             for h in (3 * t as u32)..(3 * t as u32 + 3) {
                 let twin = across[h as usize];
                 if twin != NONE && turned[twin as usize / 3].is_none() {
                     let same = ends(triangles, h)[0] == ends(triangles, twin)[0];
                     turned[twin as usize / 3] = Some(own != same);
-                    queue.push_back(twin as usize / 3);
+                    part.push(twin as usize / 3);
                 }
             }
         }
@@ -81,27 +71,35 @@ pub(crate) fn turned(triangles: &[[u32; 3]], across: &[u32]) -> Vec<bool> {
     turned.into_iter().map(|over| over == Some(true)).collect()
 }
 
+/// Whether all neighbours [`across`] edges agree once these are [`turned`]: whether each part is
+/// orientable.
+pub(crate) fn agree(triangles: &[[u32; 3]], across: &[u32], turned: &[bool]) -> bool {
+    let agrees = |(h, &twin): (usize, &u32)| {
+        let same = ends(triangles, h as u32)[0] == ends(triangles, twin)[0];
+        same == (turned[h / 3] != turned[twin as usize / 3])
+    };
+    let mut pairs = across.iter().enumerate().filter(|(_, twin)| **twin != NONE);
+    pairs.all(agrees)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::surface::{TriangleMesh, shapes};
 
     #[test]
     fn the_fewer_of_each_part_are_turned() {
-        // A strip of four, the second of them turned, and a pair that is not.
-        let triangles = [
-            [0, 1, 2],
-            [1, 2, 3],
-            [2, 3, 4],
-            [3, 5, 4],
-            [10, 11, 12],
-            [10, 12, 13],
-        ];
-        let found = turned(&triangles, &across(&triangles));
-        assert_eq!(found, [false, true, false, false, false, false]);
-        // From the turned one on.
-        let [a, b, c, d, ..] = triangles;
-        let found = turned(&[b, a, c, d], &across(&[b, a, c, d]));
-        assert_eq!(found, [true, false, false, false]);
+        // A strip of four, the second of them turned.
+        let strip = [[0, 1, 2], [1, 2, 3], [2, 3, 4], [3, 5, 4]];
+        let of = |triangles: &[[u32; 3]]| turned(triangles, &across(triangles));
+        assert_eq!(of(&strip), [false, true, false, false]);
+        let [a, b, c, d] = strip;
+        assert_eq!(of(&[b, a, c, d]), [true, false, false, false]);
+        // Beside a larger part that agrees.
+        let fan = (10..18).map(|i| [9, i, i + 1]);
+        let both: Vec<_> = [b, a, c, d].into_iter().chain(fan).collect();
+        let found = of(&both);
+        assert!(found[0] && !found[1..].contains(&true), "{found:?}");
     }
 
     #[test]
@@ -109,6 +107,22 @@ mod tests {
         let triangles = [[0, 1, 2], [0, 1, 3], [0, 1, 4]];
         assert_eq!(across(&triangles), [NONE; 9]);
         assert_eq!(turned(&triangles, &[NONE; 9]), [false; 3]);
-        assert_eq!(across(&triangles[..2])[..2], [3, NONE]);
+        assert_eq!(across(&triangles[..2]), [3, NONE, NONE, 0, NONE, NONE]);
+        // Nor does a triangle with a vertex twice take part.
+        assert_eq!(
+            across(&[[0, 1, 1], [0, 1, 2], [1, 0, 3]])[3..],
+            [6, NONE, NONE, 3, NONE, NONE]
+        );
+    }
+
+    #[test]
+    fn a_moebius_strip_does_not_agree() {
+        let agree = |mesh: &TriangleMesh| {
+            let triangles = mesh.triangles();
+            let across = across(triangles);
+            agree(triangles, &across, &turned(triangles, &across))
+        };
+        assert!(agree(&shapes::torus(1.0, 0.4, 12, 8)));
+        assert!(!agree(&shapes::moebius_strip(0.5, 40, 4)));
     }
 }

@@ -58,8 +58,8 @@ pub enum TrainingError {
 /// [`Trainer::new`] takes the strategies that any backend can do, [`Trainer::with_strategies`]
 /// others.
 ///
-/// Trainers on several threads take [turns](turn), step by step. These are to be threads of their
-/// own, not `rayon`'s.
+/// Trainers on several threads take [turns](turn), step by step. They are not to be in tasks of
+/// `rayon`.
 #[derive(Clone)]
 pub struct Trainer<B: AutodiffBackend> {
     config: TrainingConfig,
@@ -199,8 +199,8 @@ impl<B: AutodiffBackend> Trainer<B> {
     }
 
     /// The loss terms of the current weights on the points of the next iteration, and on fresh
-    /// triangles for ℓ_flat. What this draws at random, training goes on without, but for the triangles of ℓ_flat
-    /// in the opening. Beside other trainers, whoever calls this holds the [`turn`] until they are
+    /// triangles for ℓ_flat. What this draws at random, training goes on without, but for the
+    /// triangles of ℓ_flat in the opening. Beside other trainers, whoever calls this holds the [`turn`] until they are
     /// differentiated or dropped.
     pub fn losses(&mut self) -> Losses<B> {
         self.losses_with(true)

@@ -134,7 +134,8 @@ impl Problem {
         let (corners, gradients) = self.triangles();
         let flattening = Flattening {
             jacobian: model.flattening(corners, gradients, true, &Plain),
-            oriented: true,
+            // Either kind.
+            oriented: self.objective == Objective::Paper,
         };
         Losses::of(
             self.objective,

@@ -222,6 +222,20 @@ fn flattening_is_a_term_where_it_has_a_weight() {
     }));
 }
 
+/// Fresh weights hardly bend a surface, so that half of a torus lies the other side up. The triangles
+/// of a mesh tell; points do not.
+#[test]
+fn the_flattening_of_a_mesh_has_one_side_up() {
+    let mesh = shapes::torus(1.0, 0.4, 30, 16);
+    let cloud = PointCloud::new(mesh.positions().to_vec(), None).unwrap();
+    let [of_mesh, of_cloud] = [Surface::Mesh(mesh), Surface::PointCloud(cloud)].map(|surface| {
+        let device = Default::default();
+        let mut trainer = Trainer::<Cpu>::new(small(1), &surface, &device).unwrap();
+        term(&trainer.step().unwrap(), LossTerm::Flattening)
+    });
+    assert!(of_mesh > of_cloud + 0.1, "{of_mesh} {of_cloud}");
+}
+
 /// Files from before there was a weight of ℓ_flat.
 #[test]
 fn weights_that_a_model_file_leaves_out_are_the_papers() {
@@ -476,7 +490,7 @@ fn the_start_with_the_smallest_loss_goes_on() {
         starts,
         opening: 0.5,
         seed,
-        // With a tenth of ℓ_wrap, this term decides.
+        // With 0.03 of ℓ_wrap, this term decides.
         weights: LossWeights {
             cycle: 0.1,
             ..TrainingConfig::fast().weights
