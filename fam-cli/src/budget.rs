@@ -34,7 +34,7 @@ const UNMEASURED: usize = 2;
 const ITERATIONS: std::ops::RangeInclusive<usize> = 50..=10_000;
 
 /// Width, `unwrap_factor` and points of larger trainings than the preset `fast`: maps get better by
-/// them, and not by more steps (docs/performance.md).
+/// them, as by more steps (docs/performance.md).
 const LARGER: [(usize, usize, usize); 2] = [(64, 3, 1_000), (128, 1, 2_000)];
 
 /// With fewer iterations than this there is a single start.
