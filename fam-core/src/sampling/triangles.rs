@@ -30,7 +30,7 @@ const LEAST_HEIGHT: f64 = 1e-3;
 /// their corners.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Triangles {
-    /// The first corner of each, the second, and the third.
+    /// The first corner of each, the second, and the third; points in the unit ball.
     pub corners: [Vec<[f32; 3]>; 3],
     /// Of each the gradient of the function that is 1 at its second corner, 0 at the others, and
     /// linear between them; and of that for the third corner. They are given along two orthonormal
@@ -78,7 +78,7 @@ pub struct NearPoints {
 }
 
 impl TriangleSource {
-    /// `None` if no triangle has an area.
+    /// `None` if no triangle of a mesh has an area, or no points of a cloud make one.
     pub fn new(surface: &Surface, normalization: &Normalization) -> Option<Self> {
         match surface {
             Surface::Mesh(mesh) => Self::of_mesh(mesh, normalization),

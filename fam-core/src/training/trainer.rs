@@ -200,8 +200,8 @@ impl<B: AutodiffBackend> Trainer<B> {
 
     /// The loss terms of the current weights on the points of the next iteration, and on fresh
     /// triangles for ℓ_flat. What this draws at random, training goes on without, but for the
-    /// triangles of ℓ_flat in the opening. Beside other trainers, whoever calls this holds the [`turn`] until they are
-    /// differentiated or dropped.
+    /// triangles of ℓ_flat in the opening. Beside other trainers, whoever calls this holds the [`turn`]
+    /// until they are differentiated or dropped.
     pub fn losses(&mut self) -> Losses<B> {
         self.losses_with(true)
     }
