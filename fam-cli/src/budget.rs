@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 
 use burn::tensor::backend::AutodiffBackend;
 use fam_core::atlas::{self, Division};
-use fam_core::surface::Surface;
 use fam_core::training::{Strategies, TrainingConfig};
+use fam_surface::Surface;
 
 use crate::backend::Job;
 use crate::failure::Failure;

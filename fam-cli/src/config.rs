@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use clap::ValueEnum;
-use fam_core::finish::FinishConfig;
 use fam_core::training::TrainingConfig;
+use fam_layout::FinishConfig;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 

@@ -2,13 +2,13 @@
 
 use std::ops::ControlFlow;
 
-use fam_core::finish::{
+use fam_io::Uvs;
+use fam_layout::{
     FinishConfig, FinishProgress, FinishedAtlas, FinishedCloud, Guidance, Unfinished, finish,
     finish_cloud,
 };
-use fam_core::seams::{SeamRule, SeamThreshold, Seams};
-use fam_core::surface::{Components, PointCloud, Surface, SurfaceError, UvMap};
-use fam_io::Uvs;
+use fam_surface::seams::{SeamRule, SeamThreshold, Seams};
+use fam_surface::{Components, PointCloud, Surface, SurfaceError, UvMap};
 
 use crate::budget::Stop;
 use crate::config::{FinishMode, Finishing};

@@ -5,9 +5,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use burn::tensor::backend::AutodiffBackend;
 use fam_core::atlas::{self, Division, Part};
-use fam_core::seams::{SeamRule, SeamThreshold, Seams};
-use fam_core::surface::{Components, Surface};
 use fam_core::training::{Strategies, TrainingConfig};
+use fam_surface::seams::{SeamRule, SeamThreshold, Seams};
+use fam_surface::{Components, Surface};
 
 use crate::backend::Job;
 use crate::failure::Failure;

@@ -3,10 +3,10 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use fam_core::finish::Marks;
-use fam_core::surface::{Edges, Surface, TriangleMesh};
 use fam_io::Document;
 use fam_io::marks::MarkedEdges;
+use fam_layout::Marks;
+use fam_surface::{Edges, Surface, TriangleMesh};
 use serde::Serialize;
 
 use crate::args::Unwrap;

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use fam_core::metrics::Metrics;
-use fam_core::surface::{Surface, SurfaceError, TriangleMesh, UvMap};
 use fam_io::atomic::write_atomically;
 use fam_io::picture::{self, Flattened as Drawn, encode_png, preview_picture, uv_picture};
 use fam_io::seams::{Threshold, write_seams_json, write_seams_obj};
 use fam_io::{Document, Format, Uvs, WriteOptions};
+use fam_surface::metrics::Metrics;
+use fam_surface::{Surface, SurfaceError, TriangleMesh, UvMap};
 use serde::Serialize;
 
 use crate::failure::Failure;

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use fam_core::atlas::Part;
-use fam_core::finish::{self, FinishConfig, FinishedAtlas};
-use fam_core::metrics::Metrics;
-use fam_core::surface::{Component, Conditioning};
+use fam_layout::{self, FinishConfig, FinishedAtlas};
+use fam_surface::metrics::Metrics;
+use fam_surface::{Component, Conditioning};
 use serde::Serialize;
 
 use crate::finish::{Finished, Outcome};

@@ -1,7 +1,7 @@
 //! What the user has to know about a finished surface.
 
-use fam_core::finish::{self, Distortion, FinishConfig, FinishedAtlas, Measure};
-use fam_core::metrics::Metrics;
+use fam_layout::{self, Distortion, FinishConfig, FinishedAtlas, Measure};
+use fam_surface::metrics::Metrics;
 
 use crate::finish::{Finished, Outcome};
 use crate::marks::MarksReport;
@@ -113,7 +113,7 @@ fn of_components(some: usize, all: usize) -> String {
 
 #[cfg(test)]
 mod tests {
-    use fam_core::surface::UvMap;
+    use fam_surface::UvMap;
 
     use super::*;
 

@@ -6,7 +6,7 @@
 //! and PyTorch.
 
 use divan::Bencher;
-use fam_core::neighbors::{nearest, nearest_others};
+use fam_surface::neighbors::{nearest, nearest_others};
 use rand::{RngExt, SeedableRng};
 use rayon::prelude::*;
 

@@ -7,10 +7,10 @@ use std::time::Instant;
 
 use burn_autodiff::Autodiff;
 use burn_ndarray::NdArray;
-use fam_core::finish::{FinishConfig, finish_cloud};
-use fam_core::metrics::Metrics;
-use fam_core::surface::{PointCloud, Surface, SurfaceError, TriangleMesh, UvMap, shapes};
 use fam_core::training::{Strategies, TrainingConfig, train};
+use fam_layout::{FinishConfig, finish_cloud};
+use fam_surface::metrics::Metrics;
+use fam_surface::{PointCloud, Surface, SurfaceError, TriangleMesh, UvMap, shapes};
 
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;

@@ -150,9 +150,9 @@ mod tests {
     use crate::evaluation::Plain;
     use crate::networks::FlattenAnythingConfig;
     use crate::sampling::TriangleSource;
-    use crate::surface::{Normalization, Surface, shapes};
     use burn::tensor::TensorData;
     use burn_ndarray::NdArray;
+    use fam_surface::{Normalization, Surface, shapes};
     use rand::SeedableRng;
     use rand_pcg::Pcg64;
 

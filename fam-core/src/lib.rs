@@ -8,23 +8,23 @@
 //! Everything is generic over the backend `B`; this crate names none, and knows no file and no
 //! terminal. Data flows one way:
 //!
-//! - [`surface`]: meshes, point clouds, UV maps, generated shapes;
 //! - [`sampling`]: the points that training sees;
 //! - [`networks`], [`cycles`], [`jacobian`], [`losses`], [`neighbors`]: the method, equation by
 //!   equation;
 //! - [`evaluation`]: how the networks are computed, by plain operations or by faster ones;
 //! - [`training`]: configuration and the loop;
 //! - [`atlas`]: surfaces of several components, one map each, in one UV square;
-//! - [`map`]: the trained map, UVs for any points, saved and loaded;
-//! - [`finish`]: from that map to a layout: cut along edges, flattened, packed;
-//! - [`seams`] and [`metrics`]: where the map cuts, and how good it is.
+//! - [`map`]: the trained map, UVs for any points, saved and loaded.
+//!
+//! Surfaces, their metrics and seams are those of `fam_surface`; `fam_layout` makes a layout of
+//! a map: cut along edges, flattened, packed.
 //!
 //! ```no_run
 //! use std::ops::ControlFlow;
 //!
 //! use burn_autodiff::Autodiff;
 //! use burn_ndarray::NdArray;
-//! use fam_core::surface::{Surface, shapes};
+//! use fam_surface::{Surface, shapes};
 //! use fam_core::training::{Strategies, TrainingConfig, train};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -43,15 +43,11 @@
 pub mod atlas;
 pub mod cycles;
 pub mod evaluation;
-pub mod finish;
 pub mod jacobian;
 pub mod losses;
 pub mod map;
-pub mod metrics;
 pub mod neighbors;
 pub mod networks;
 pub mod sampling;
-pub mod seams;
-pub mod surface;
 pub mod training;
 pub mod weights;

@@ -11,9 +11,9 @@ use crate::cycles::lattice;
 use crate::evaluation::Plain;
 use crate::neighbors::{nearest, rows};
 use crate::networks::FlattenAnything;
-use crate::surface::{Normalization, Surface, TriangleMesh};
 use crate::training::{Ablation, TrainingConfig};
 use crate::weights::{self, NamedTensor, Naming, WeightsError};
+use fam_surface::{Normalization, Surface, TriangleMesh};
 
 /// Points evaluated at once: bounds memory to some tens of MB at the paper's widths.
 const BATCH: usize = 16_384;

@@ -8,8 +8,8 @@ use std::error::Error;
 use std::path::Path;
 use std::process::ExitCode;
 
-use fam_core::surface::{Surface, UvMap};
 use fam_io::{WriteOptions, read_surface};
+use fam_surface::{Surface, UvMap};
 
 fn main() -> ExitCode {
     let arguments: Vec<_> = std::env::args_os().skip(1).collect();

@@ -3,7 +3,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use fam_core::surface::{PointCloud, Surface, SurfaceError, TriangleMesh, UvMap};
+use fam_surface::{PointCloud, Surface, SurfaceError, TriangleMesh, UvMap};
 
 use crate::atomic::write_atomically;
 use crate::export::Export;

@@ -1,7 +1,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use fam_core::surface::SurfaceError;
+use fam_surface::SurfaceError;
 
 use crate::Format;
 

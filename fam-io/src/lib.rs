@@ -1,7 +1,7 @@
 //! Files of Flatten Anything: surfaces in, the same files with UVs out.
 //!
 //! - [`read_surface`] reads a mesh or a point cloud from a file of one of the [`Format`]s
-//!   into a [`Document`]. It holds the [`Surface`](fam_core::surface::Surface) to flatten,
+//!   into a [`Document`]. It holds the [`Surface`](fam_surface::Surface) to flatten,
 //!   the UVs the file already has, and what it takes to write the file back.
 //! - [`Document::write_mesh_uvs`] and [`Document::write_point_uvs`] write that file again
 //!   with UVs; everything else in it stays. Under a name with the extension of another format
@@ -23,7 +23,7 @@
 //!
 //! - Coordinates are in the units and axes of the file; nothing is scaled or turned.
 //! - Triangles are counter-clockwise seen from outside. Readers keep the order of the file.
-//! - Indices count from 0. A [`UvMap`](fam_core::surface::UvMap) has UVs for the corners of
+//! - Indices count from 0. A [`UvMap`](fam_surface::UvMap) has UVs for the corners of
 //!   triangles: its triangles are those of the mesh in the same order, but refer to UVs. A
 //!   vertex on a seam has several UVs, and vertices may share one.
 //! - V points up: the UV 0 0 is the lower left corner of a texture.
@@ -32,7 +32,7 @@
 //! the format of the output's name.
 //!
 //! ```no_run
-//! use fam_core::surface::{Surface, UvMap};
+//! use fam_surface::{Surface, UvMap};
 //! use fam_io::WriteOptions;
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {

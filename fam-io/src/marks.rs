@@ -15,7 +15,7 @@
 
 use std::collections::HashMap;
 
-use fam_core::surface::{Edges, TriangleMesh};
+use fam_surface::{Edges, TriangleMesh};
 use serde::Deserialize;
 
 use crate::ReadFault;
@@ -188,7 +188,7 @@ impl<'a> Nearest<'a> {
 
 #[cfg(test)]
 mod tests {
-    use fam_core::surface::shapes;
+    use fam_surface::shapes;
 
     use super::*;
 

@@ -56,7 +56,7 @@ mod write;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use fam_core::surface::{Surface, SurfaceError};
+use fam_surface::{Surface, SurfaceError};
 
 use crate::document::{Content, Parsed, surface, vertex_uvs};
 use crate::scene::Scene;

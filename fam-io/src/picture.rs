@@ -11,7 +11,7 @@ mod scene;
 mod shading;
 mod uv;
 
-use fam_core::surface::{PointCloud, TriangleMesh, UvMap};
+use fam_surface::{PointCloud, TriangleMesh, UvMap};
 use image::{ExtendedColorType, ImageEncoder, ImageError, RgbImage, codecs::png::PngEncoder};
 
 pub use preview::preview_picture;

@@ -33,7 +33,7 @@ mod write;
 
 use std::io;
 
-use fam_core::surface::{SurfaceError, UvMap};
+use fam_surface::{SurfaceError, UvMap};
 
 use self::body::{Entries, Table};
 pub(crate) use self::records::Records;

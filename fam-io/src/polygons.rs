@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use fam_core::surface::UvMap;
+use fam_surface::UvMap;
 
 use crate::ReadFault;
 

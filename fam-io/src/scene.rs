@@ -3,7 +3,7 @@
 use std::iter::once;
 use std::rc::Rc;
 
-use fam_core::surface::Surface;
+use fam_surface::Surface;
 
 use crate::polygons::Polygons;
 

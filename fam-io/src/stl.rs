@@ -195,7 +195,7 @@ fn vertex(bytes: &[u8], words: &[Range<usize>], line: usize) -> Result<[f64; 3],
 
 #[cfg(test)]
 mod tests {
-    use fam_core::surface::Surface;
+    use fam_surface::Surface;
 
     use super::*;
 

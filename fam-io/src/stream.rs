@@ -8,7 +8,7 @@ use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use fam_core::surface::SurfaceError;
+use fam_surface::SurfaceError;
 
 use crate::document::{check_count, is_finite, write_file};
 use crate::text::{Edits, Line, lines};

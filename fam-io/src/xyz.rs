@@ -17,7 +17,7 @@
 use std::io::{self, Write};
 use std::ops::Range;
 
-use fam_core::surface::{Surface, SurfaceError, vector};
+use fam_surface::{Surface, SurfaceError, vector};
 
 use crate::color::linear_color;
 use crate::document::{Parsed, surface, vertex_uvs};

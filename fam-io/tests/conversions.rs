@@ -7,8 +7,8 @@ mod foreign_ply;
 use std::fs;
 
 use common::Folder;
-use fam_core::surface::{Surface, TriangleMesh, UvMap, shapes};
 use fam_io::{Document, Format, Uvs, WriteFault, WriteOptions, read_surface};
+use fam_surface::{Surface, TriangleMesh, UvMap, shapes};
 use proptest::collection::vec;
 use proptest::prelude::*;
 

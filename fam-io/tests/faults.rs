@@ -5,8 +5,8 @@ mod common;
 use std::fs;
 
 use common::Folder;
-use fam_core::surface::UvMap;
 use fam_io::{WriteOptions, read_surface};
+use fam_surface::UvMap;
 
 /// The message of a file that cannot be read, without the folder.
 fn fault(folder: &Folder, name: &str, content: impl AsRef<[u8]>) -> String {

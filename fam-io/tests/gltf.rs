@@ -12,8 +12,8 @@ use std::fs;
 use std::path::Path;
 
 use documents::{Parts, has_triangles, random_document};
-use fam_core::surface::{Surface, UvMap};
 use fam_io::{Document, Format, Uvs, WriteOptions, read_surface};
+use fam_surface::{Surface, UvMap};
 use proptest::prelude::*;
 use random::Random;
 use serde_json::{Value, json};
@@ -275,7 +275,7 @@ fn indexed(vertices: usize, mode: u32, indices: &[u32], component_type: u32) -> 
     parts
 }
 
-fn mesh(document: &Document) -> &fam_core::surface::TriangleMesh {
+fn mesh(document: &Document) -> &fam_surface::TriangleMesh {
     match document.surface() {
         Surface::Mesh(mesh) => mesh,
         Surface::PointCloud(_) => panic!("it is a mesh"),

@@ -4,8 +4,8 @@
 use std::fs;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use fam_core::surface::{Surface, UvMap};
 use fam_io::{Document, Format, Uvs, WriteOptions};
+use fam_surface::{Surface, UvMap};
 
 const MIB: usize = 1 << 20;
 

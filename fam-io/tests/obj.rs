@@ -8,8 +8,8 @@ use std::collections::HashMap;
 use std::fs;
 
 use common::Folder;
-use fam_core::surface::{Surface, TriangleMesh, UvMap};
 use fam_io::{Document, Format, Labels, Uvs, WriteOptions, read_surface};
+use fam_surface::{Surface, TriangleMesh, UvMap};
 use proptest::collection::vec;
 use proptest::prelude::*;
 

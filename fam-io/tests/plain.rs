@@ -9,8 +9,8 @@ mod round_trips;
 use std::io::Cursor;
 
 use common::Folder;
-use fam_core::surface::{Surface, TriangleMesh, UvMap};
 use fam_io::{Document, Format, Uvs, WriteOptions};
+use fam_surface::{Surface, TriangleMesh, UvMap};
 use proptest::prelude::*;
 
 fn read(format: Format, bytes: impl AsRef<[u8]>) -> Document {

@@ -7,8 +7,8 @@ mod random;
 use std::fs;
 
 use common::Folder;
-use fam_core::surface::{Surface, TriangleMesh, UvMap};
 use fam_io::{Document, Format, WriteOptions, read_surface};
+use fam_surface::{Surface, TriangleMesh, UvMap};
 use random::Random;
 
 fn mesh(document: &Document) -> &TriangleMesh {

@@ -6,8 +6,8 @@ use std::fs;
 use std::path::Path;
 
 use common::{brief, refuses, succeeds};
-use fam_core::metrics::seam_edges;
-use fam_core::surface::Surface;
+use fam_surface::Surface;
+use fam_surface::metrics::seam_edges;
 use serde_json::Value;
 
 fn json(path: &Path) -> Value {

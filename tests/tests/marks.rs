@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 
 use common::{brief, refuses, succeeds};
-use fam_core::surface::{TriangleMesh, shapes};
+use fam_surface::{TriangleMesh, shapes};
 use serde_json::{Value, json};
 
 fn read(path: &Path) -> Value {

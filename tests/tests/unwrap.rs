@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use common::{brief, fam, refuses, succeeds};
-use fam_core::surface::{Surface, shapes};
+use fam_surface::{Surface, shapes};
 use serde_json::Value;
 
 /// Two quads that share an edge, in two groups with a material, as an artist's file has them.
@@ -31,7 +31,7 @@ fn write_torus(path: &Path) {
     let mesh = shapes::torus(1.0, 0.4, 24, 12);
     let document = fam_io::Document::of_surface(Surface::Mesh(mesh.clone()));
     let flat = mesh.positions().iter().map(|p| [p[0] as f32, p[1] as f32]);
-    let uvs = fam_core::surface::UvMap::new(flat.collect(), mesh.triangles().to_vec()).unwrap();
+    let uvs = fam_surface::UvMap::new(flat.collect(), mesh.triangles().to_vec()).unwrap();
     document
         .write_mesh_uvs(&uvs, path, &fam_io::WriteOptions::default())
         .unwrap();

@@ -4,9 +4,9 @@ use clap::ValueEnum;
 use fam_core::jacobian::JacobianMode;
 use fam_core::losses::Objective;
 use fam_core::sampling::Sampling;
-use fam_core::seams::SeamRule;
 use fam_core::training::Ablation;
 use fam_io::Format;
+use fam_surface::seams::SeamRule;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Preset {

@@ -4,9 +4,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use burn::tensor::backend::AutodiffBackend;
 use fam_core::atlas::Atlas;
-use fam_core::surface::Surface;
 use fam_core::training::Strategies;
 use fam_io::{CloudStream, Format, StreamError, Uvs, WriteFault, WriteOptions};
+use fam_surface::Surface;
 
 use crate::args;
 use crate::backend::{Backend, Job};

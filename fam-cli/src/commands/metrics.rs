@@ -1,7 +1,7 @@
 use std::process::ExitCode;
 
-use fam_core::metrics::Metrics;
-use fam_core::surface::Surface;
+use fam_surface::Surface;
+use fam_surface::metrics::Metrics;
 
 use crate::args;
 use crate::failure::Failure;

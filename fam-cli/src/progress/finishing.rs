@@ -1,6 +1,6 @@
 use std::time::{Duration, Instant};
 
-use fam_core::finish::{FinishProgress, Stage};
+use fam_layout::{FinishProgress, Stage};
 
 use super::{Display, short};
 

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{Atlas, Chart, ComponentMap, Placement, Projection};
 use crate::map::{Metadata, ModelFileError, TrainedMap, model_file, read_metadata};
-use crate::surface::Normalization;
 use crate::weights::{self, WeightsError};
+use fam_surface::Normalization;
 
 /// Version of the metadata.
 const FORMAT_VERSION: u32 = 2;

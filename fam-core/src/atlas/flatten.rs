@@ -7,9 +7,9 @@ use rand_pcg::Pcg64;
 use super::layout::{side_by_side, texel_density};
 use super::{Atlas, Chart, ComponentMap, Placement, Projection};
 use crate::sampling::poisson_disk;
-use crate::seams::{SeamRule, SeamThreshold, Seams};
-use crate::surface::{Component, Components, Surface, SurfaceError, TriangleMesh};
 use crate::training::{Step, Strategies, Trainer, TrainingConfig, TrainingError};
+use fam_surface::seams::{SeamRule, SeamThreshold, Seams};
+use fam_surface::{Component, Components, Surface, SurfaceError, TriangleMesh};
 
 /// Points of a component that tell it from the others when other points are mapped.
 const LANDMARKS: usize = 256;

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::surface::TriangleMesh;
-use crate::surface::vector::length;
+use fam_surface::TriangleMesh;
+use fam_surface::vector::length;
 
 /// Space around every box, as a fraction of the square root of the area of all.
 const MARGIN: f64 = 1.0 / 256.0;
@@ -144,7 +144,7 @@ fn rows(sizes: &[[f64; 2]], width: f64) -> (Vec<[f64; 2]>, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface::shapes;
+    use fam_surface::shapes;
 
     fn square(corner: [f32; 2], size: [f32; 2]) -> Vec<[f32; 2]> {
         let [[x, y], [w, h]] = [corner, size];

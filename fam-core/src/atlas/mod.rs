@@ -17,8 +17,8 @@ pub use layout::Placement;
 pub use projection::Projection;
 
 use crate::map::{ModelFileError, TrainedMap};
-use crate::neighbors::nearest;
-use crate::surface::{Components, Normalization, SurfaceError, TriangleMesh, UvMap};
+use fam_surface::neighbors::nearest;
+use fam_surface::{Components, Normalization, SurfaceError, TriangleMesh, UvMap};
 
 /// How one component is mapped to the plane.
 #[derive(Debug, Clone)]

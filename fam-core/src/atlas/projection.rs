@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
-use crate::surface::TriangleMesh;
-use crate::surface::vector::{add, cross, dot, length, normalize, scale, sub};
+use fam_surface::TriangleMesh;
+use fam_surface::vector::{add, cross, dot, length, normalize, scale, sub};
 
 /// Largest distance from the plane, as a fraction of the extent, at which a component counts as
 /// flat: on triangles of a hundredth of the extent, angles change by less than 1e-6.
@@ -95,8 +95,8 @@ fn axes(normal: [f64; 3]) -> [[f64; 3]; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::metrics::Metrics;
-    use crate::surface::{UvMap, shapes};
+    use fam_surface::metrics::Metrics;
+    use fam_surface::{UvMap, shapes};
 
     fn tilted(mesh: &TriangleMesh, far: f64) -> TriangleMesh {
         let [a, b] = axes(normalize([0.3, -0.5, 0.8]));

@@ -12,8 +12,8 @@ use burn::tensor::{Int, Tensor, backend::Backend};
 
 #[cfg(feature = "cube")]
 pub use brute_force::{BruteForce, BruteForceBackend};
+pub use kd_tree::KdTree;
 pub(crate) use kd_tree::rows;
-pub use kd_tree::{KdTree, nearest, nearest_others};
 
 /// Finds nearest neighbours in Euclidean distance.
 pub trait NeighborSearch<B: Backend>: Send + Sync {

@@ -1,4 +1,4 @@
-use crate::surface::vector::{dot, sub};
+use fam_surface::vector::{dot, sub};
 
 /// Farthest-point selection: the indices of `count` points, each as far as possible from those
 /// chosen before it; the first point is chosen first. All points if there are no more.

@@ -8,8 +8,8 @@ use rand::Rng;
 use rand::seq::index::{self, IndexVec};
 use serde::{Deserialize, Serialize};
 
-use crate::surface::vector::normalize;
-use crate::surface::{Normalization, Surface, SurfaceError};
+use fam_surface::vector::normalize;
+use fam_surface::{Normalization, Surface, SurfaceError};
 
 pub use farthest_point::farthest_points;
 pub use poisson_disk::{SurfacePoint, poisson_disk};
@@ -130,7 +130,7 @@ fn rows<T: Copy>(chosen: &IndexVec, of: &[T]) -> Vec<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface::{PointCloud, shapes};
+    use fam_surface::{PointCloud, shapes};
     use rand::SeedableRng;
     use rand_pcg::Pcg64;
 

@@ -2,8 +2,8 @@ use std::collections::HashMap;
 
 use rand::{Rng, RngExt};
 
-use crate::surface::vector::{add, dot, normalize, scale, sub};
-use crate::surface::{SurfaceError, TriangleMesh};
+use fam_surface::vector::{add, dot, normalize, scale, sub};
+use fam_surface::{SurfaceError, TriangleMesh};
 
 /// A point on a triangle with the normal interpolated there.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -130,8 +130,8 @@ fn neighborhood([x, y, z]: [i64; 3]) -> impl Iterator<Item = [i64; 3]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface::shapes;
-    use crate::surface::vector::length;
+    use fam_surface::shapes;
+    use fam_surface::vector::length;
     use rand::SeedableRng;
     use rand_pcg::Pcg64;
 

@@ -3,12 +3,12 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use rayon::prelude::*;
 
-use crate::neighbors::nearest_others;
-use crate::surface::degenerate::{double_area, rescaled};
-use crate::surface::orientation::{across, agree, turned};
-use crate::surface::plane::frame;
-use crate::surface::vector::{add, cross, dot, length, normalize, scale, sub};
-use crate::surface::{Normalization, PointCloud, Surface, TriangleMesh};
+use fam_surface::degenerate::{double_area, rescaled};
+use fam_surface::neighbors::nearest_others;
+use fam_surface::orientation::{across, agree, turned};
+use fam_surface::plane::frame;
+use fam_surface::vector::{add, cross, dot, length, normalize, scale, sub};
+use fam_surface::{Normalization, PointCloud, Surface, TriangleMesh};
 
 /// Neighbours of a point of a cloud among which two make a triangle with it. Where most points have
 /// none among the first number, as where a scanner's lines are far apart, it is the next.
@@ -245,7 +245,7 @@ impl NearPoints {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface::shapes;
+    use fam_surface::shapes;
 
     fn normalization(surface: &Surface) -> Normalization {
         Normalization::of(surface.positions()).unwrap()

@@ -17,7 +17,7 @@ use crate::losses::{Flattening, LossTerm, Losses, Objective};
 use crate::map::TrainedMap;
 use crate::networks::FlattenAnything;
 use crate::sampling::{PointSource, Sample, TriangleSource};
-use crate::surface::{Normalization, Surface, SurfaceError};
+use fam_surface::{Normalization, Surface, SurfaceError};
 
 /// What one iteration did.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,10 +5,10 @@ use std::ops::ControlFlow;
 use burn_autodiff::Autodiff;
 use burn_ndarray::NdArray;
 use fam_core::atlas::{Atlas, Division, Flattened, Progress, flatten};
-use fam_core::metrics::Metrics;
-use fam_core::seams::SeamRule;
-use fam_core::surface::{PointCloud, Surface, TriangleMesh, UvMap, shapes};
 use fam_core::training::{Strategies, TrainingConfig};
+use fam_surface::metrics::Metrics;
+use fam_surface::seams::SeamRule;
+use fam_surface::{PointCloud, Surface, TriangleMesh, UvMap, shapes};
 
 type Backend = NdArray;
 

@@ -16,7 +16,7 @@ use fam_core::evaluation::{Plain, Tiled};
 use fam_core::jacobian::JacobianMode;
 use fam_core::losses::Objective;
 use fam_core::networks::FlattenAnything;
-use fam_core::seams::{SeamRule, SeamThreshold, Seams};
+use fam_surface::seams::{SeamRule, SeamThreshold, Seams};
 
 type Cpu = Autodiff<NdArray>;
 

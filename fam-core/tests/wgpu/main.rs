@@ -13,8 +13,8 @@ use burn_wgpu::graphics::{AutoGraphicsApi, GraphicsApi};
 use burn_wgpu::{Wgpu, WgpuDevice};
 use fam_core::evaluation::{Blocked, Evaluation, Plain};
 use fam_core::neighbors::{BruteForce, KdTree, NeighborSearch};
-use fam_core::surface::{Surface, shapes};
 use fam_core::training::{OptimizerKind, Strategies, Trainer, TrainingConfig};
+use fam_surface::{Surface, shapes};
 use rand::{RngExt, SeedableRng};
 use reference_numbers::{Reference, all_combinations};
 

@@ -19,7 +19,7 @@ use std::rc::Rc;
 use ::gltf::json::accessor::UNSIGNED_BYTE;
 use ::gltf::json::buffer::ARRAY_BUFFER;
 use ::gltf::json::mesh::{POINTS, TRIANGLES};
-use fam_core::surface::vector::{add, cross, normalize, sub};
+use fam_surface::vector::{add, cross, normalize, sub};
 use serde_json::{Map, Value, json};
 
 use crate::color::unit_color;

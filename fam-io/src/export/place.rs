@@ -1,6 +1,6 @@
 //! Where a mesh is.
 
-use fam_core::surface::vector::{add, cross, dot, normalize, scale};
+use fam_surface::vector::{add, cross, dot, normalize, scale};
 
 use crate::scene::IDENTITY;
 

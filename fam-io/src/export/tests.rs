@@ -2,7 +2,7 @@
 
 use ::gltf::Gltf;
 use ::gltf::mesh::Mode;
-use fam_core::surface::{Surface, UvMap};
+use fam_surface::{Surface, UvMap};
 
 use super::*;
 use crate::Document;
@@ -477,7 +477,7 @@ fn gltf_far_from_the_origin_keeps_its_precision() {
     let origin = [665_187.522_077, 5_648_349.895_035, 241.767_693];
     let mut mesh = sheet();
     for p in &mut mesh.positions {
-        *p = fam_core::surface::vector::add(*p, origin);
+        *p = fam_surface::vector::add(*p, origin);
     }
     let expected = mesh.positions.clone();
     let (uvs, options) = (torn_above_the_square(), WriteOptions::default());

@@ -6,7 +6,7 @@
 
 use std::io::{self, Write};
 
-use fam_core::surface::vector::normalize;
+use fam_surface::vector::normalize;
 
 use crate::color::srgb_bytes;
 

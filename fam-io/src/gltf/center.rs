@@ -1,6 +1,6 @@
 //! Coordinates far from the origin, where single precision is not enough.
 
-use fam_core::surface::vector::{add, length, scale, sub};
+use fam_surface::vector::{add, length, scale, sub};
 
 const FAR: f64 = 1e3;
 

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use ::gltf::json::accessor::{ComponentType, Type};
 use ::gltf::json::mesh::{POINTS, TRIANGLE_FAN, TRIANGLE_STRIP, TRIANGLES};
-use fam_core::surface::SurfaceError;
+use fam_surface::SurfaceError;
 use serde_json::Value;
 
 use super::Package;

@@ -1,6 +1,6 @@
 //! The surface of a document, in the coordinates of its scenes.
 
-use fam_core::surface::{Surface, SurfaceError};
+use fam_surface::{Surface, SurfaceError};
 use serde_json::Value;
 
 use super::Package;

@@ -1,7 +1,7 @@
 //! Seams as lines.
 
 use ::gltf::json::mesh::LINES;
-use fam_core::surface::vector::sub;
+use fam_surface::vector::sub;
 use serde_json::{Value, json};
 
 use super::{Package, center};

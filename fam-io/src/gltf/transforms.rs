@@ -1,6 +1,6 @@
 //! Where the nodes of a document put its meshes.
 
-use fam_core::surface::vector::{cross, dot, length, normalize};
+use fam_surface::vector::{cross, dot, length, normalize};
 use serde_json::Value;
 
 use super::value::{index, indices, list, numbers};

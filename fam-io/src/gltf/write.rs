@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use ::gltf::json::accessor::{FLOAT, UNSIGNED_BYTE};
 use ::gltf::json::buffer::ARRAY_BUFFER;
 use ::gltf::json::mesh::TRIANGLES;
-use fam_core::surface::UvMap;
+use fam_surface::UvMap;
 use serde_json::{Value, json};
 
 use super::Package;

@@ -1,6 +1,6 @@
 //! The faces of an OBJ file, with what each of their corners refers to.
 
-use fam_core::surface::{UvMap, vector};
+use fam_surface::{UvMap, vector};
 
 use crate::polygons::{Polygons, fan};
 use crate::text::{excerpt, syntax};

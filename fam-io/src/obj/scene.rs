@@ -1,6 +1,6 @@
 //! An OBJ file as a scene: one mesh with all faces, and with its objects.
 
-use fam_core::surface::vector;
+use fam_surface::vector;
 
 use crate::scene::{Material, Mesh, Scene};
 

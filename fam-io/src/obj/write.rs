@@ -2,7 +2,7 @@
 
 use std::io::{self, BufRead, Write};
 
-use fam_core::surface::UvMap;
+use fam_surface::UvMap;
 
 use crate::polygons::{Piece, Pieces};
 use crate::text;

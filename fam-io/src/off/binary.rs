@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use fam_core::surface::SurfaceError;
+use fam_surface::SurfaceError;
 
 use super::{keyword, rows};
 use crate::ReadFault;

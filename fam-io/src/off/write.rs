@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::ops::Range;
 
-use fam_core::surface::UvMap;
+use fam_surface::UvMap;
 
 use super::{Row, Source};
 use crate::Uvs;

@@ -115,7 +115,7 @@ fn draw_seams(
 
 #[cfg(test)]
 mod tests {
-    use fam_core::surface::{PointCloud, TriangleMesh, UvMap, shapes};
+    use fam_surface::{PointCloud, TriangleMesh, UvMap, shapes};
 
     use super::super::{encode_png, uv_picture};
     use super::*;

@@ -1,6 +1,6 @@
 //! The input in the form that is drawn: positions in the unit ball, UVs in the unit square.
 
-use fam_core::surface::{Normalization, TriangleMesh, vector};
+use fam_surface::{Normalization, TriangleMesh, vector};
 
 use super::camera::Camera;
 use super::raster::{Fragment, Visibility, fill_disc, fill_triangle};

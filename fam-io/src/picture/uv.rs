@@ -1,6 +1,6 @@
 //! The picture of a layout.
 
-use fam_core::surface::TriangleMesh;
+use fam_surface::TriangleMesh;
 use image::RgbImage;
 
 use super::Flattened;

@@ -2,7 +2,7 @@
 
 use std::io::{self, Read, Write};
 
-use fam_core::surface::SurfaceError;
+use fam_surface::SurfaceError;
 
 use super::body::Entries;
 use super::header::{Element, Encoding, Header, Kind, Scalar};

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use fam_core::surface::UvMap;
+use fam_surface::UvMap;
 
 use super::header::{Element, Encoding, Kind, Scalar};
 use super::{CORNER_UVS, Faces, Source, UV_NAMES};

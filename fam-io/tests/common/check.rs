@@ -2,8 +2,8 @@
 
 use std::io::{self, Write};
 
-use fam_core::surface::{Surface, UvMap};
 use fam_io::{Document, Format, Uvs, WriteFault, WriteOptions};
+use fam_surface::{Surface, UvMap};
 
 /// One mesh may be in so many places that a format without places gets out of proportion.
 const LONGEST_OUTPUT: usize = 1 << 24;

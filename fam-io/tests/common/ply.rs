@@ -2,8 +2,8 @@
 
 use std::iter::zip;
 
-use fam_core::surface::{Surface, UvMap};
 use fam_io::Document;
+use fam_surface::{Surface, UvMap};
 use ply_rs_bw::parser::Parser;
 use ply_rs_bw::ply::{DefaultElement, Property};
 

@@ -7,8 +7,8 @@
 
 use std::path::{Path, PathBuf};
 
-use fam_core::surface::{Surface, UvMap, shapes};
 use fam_io::{Document, Format, Uvs, WriteOptions};
+use fam_surface::{Surface, UvMap, shapes};
 use tempfile::TempDir;
 
 use crate::installed::{Consumers, Seen};

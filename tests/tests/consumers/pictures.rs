@@ -3,8 +3,8 @@
 
 use std::path::PathBuf;
 
-use fam_core::surface::{Surface, UvMap, shapes};
 use fam_io::{Document, Format, Uvs, WriteOptions};
+use fam_surface::{Surface, UvMap, shapes};
 use image::{Rgb, RgbImage};
 
 use crate::gltf::write_documents;

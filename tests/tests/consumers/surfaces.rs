@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use fam_core::surface::{Surface, UvMap, shapes};
 use fam_io::{Document, Format, Uvs, WriteOptions};
+use fam_surface::{Surface, UvMap, shapes};
 
 use crate::installed::skipped;
 

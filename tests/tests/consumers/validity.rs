@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use fam_core::surface::Surface;
 use fam_io::{Document, Format, WriteOptions};
+use fam_surface::Surface;
 
 use crate::gltf::write_documents;
 use crate::installed::{Consumers, Message};

@@ -7,8 +7,8 @@ use fam_core::evaluation::Evaluation;
 use fam_core::jacobian::JacobianMode;
 use fam_core::losses::Objective;
 use fam_core::networks::{FlattenAnything, Mlp, WrapNet};
-use fam_core::surface::{Surface, shapes};
 use fam_core::training::{Strategies, Trainer, TrainingConfig};
+use fam_surface::{Surface, shapes};
 use serde::{Deserialize, Serialize};
 
 use super::timed::{Clock, Clocks, TimedEvaluation, TimedSearch, seconds};

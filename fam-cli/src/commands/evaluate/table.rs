@@ -1,7 +1,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use fam_core::metrics::Metrics;
+use fam_surface::metrics::Metrics;
 use serde::{Serialize, Serializer};
 use serde_json::json;
 
@@ -202,7 +202,7 @@ impl Serialize for Table {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fam_core::surface::{UvMap, shapes};
+    use fam_surface::{UvMap, shapes};
 
     #[test]
     fn a_layout_has_a_line_and_a_failure_its_reason() {

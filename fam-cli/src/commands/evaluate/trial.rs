@@ -4,11 +4,11 @@ use std::time::Instant;
 
 use burn::tensor::backend::AutodiffBackend;
 use fam_core::atlas::Atlas;
-use fam_core::finish::{FinishConfig, Guidance, Unfinished};
-use fam_core::metrics::Metrics;
-use fam_core::seams::SeamRule;
-use fam_core::surface::{Components, Surface, SurfaceError, TriangleMesh, UvMap};
 use fam_core::training::{Strategies, TrainingConfig};
+use fam_layout::{FinishConfig, Guidance, Unfinished};
+use fam_surface::metrics::Metrics;
+use fam_surface::seams::SeamRule;
+use fam_surface::{Components, Surface, SurfaceError, TriangleMesh, UvMap};
 
 use super::{Outcome, Row};
 use crate::backend::{Backend, Job};

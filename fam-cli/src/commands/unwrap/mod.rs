@@ -5,8 +5,8 @@ mod run;
 use std::path::Path;
 use std::process::ExitCode;
 
-use fam_core::surface::{Surface, shapes};
 use fam_io::Document;
+use fam_surface::{Surface, shapes};
 
 use crate::args;
 use crate::failure::Failure;

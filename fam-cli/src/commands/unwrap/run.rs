@@ -4,9 +4,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use fam_core::surface::Surface;
 use fam_core::training::TrainingError;
 use fam_io::{Document, Format, WriteOptions};
+use fam_surface::Surface;
 
 use crate::args;
 use crate::backend::Backend;

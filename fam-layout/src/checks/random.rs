@@ -1,0 +1,152 @@
+//! Whatever the mesh, the result is valid.
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+
+use super::{Task, smoothed, subdivided, together};
+use crate::Guidance;
+use crate::cut::test_surfaces::cubes;
+use fam_surface::TriangleMesh;
+
+/// The surfaces of random sets of cells: closed, of some genus.
+fn closed(random: &mut Pcg64) -> Vec<TriangleMesh> {
+    let size = [0; 3].map(|_| random.random_range(1..=3));
+    let share = random.random_range(0.3..0.9);
+    let solid: Vec<bool> = (0..27).map(|_| random.random_bool(share)).collect();
+    let cell = |[x, y, z]: [i32; 3]| (9 * x + 3 * y + z) as usize;
+    match solid.iter().any(|&s| s) {
+        true => cubes(size, |at| cell(at) == 0 || solid[cell(at)]),
+        false => Vec::new(),
+    }
+}
+
+/// With every vertex moved by up to `amount` along each axis.
+fn jittered(mesh: &TriangleMesh, amount: f64, random: &mut Pcg64) -> TriangleMesh {
+    super::moved(mesh, |p| {
+        p.map(|c| c + random.random_range(-amount..=amount))
+    })
+}
+
+/// With some edges divided next to one of their ends, or some triangles next to an edge.
+fn with_slivers(mesh: &TriangleMesh, count: usize, random: &mut Pcg64) -> TriangleMesh {
+    let mut positions = mesh.positions().to_vec();
+    let mut triangles = mesh.triangles().to_vec();
+    for _ in 0..count {
+        let t = random.random_range(0..triangles.len());
+        let thickness = 10_f64.powf(random.random_range(-18.0..-1.0));
+        let [a, b, c] = triangles[t];
+        let at = |v: u32| positions[v as usize];
+        let new = positions.len() as u32;
+        if random.random_bool(0.5) {
+            let (p, q) = (at(a), at(b));
+            positions.push([0, 1, 2].map(|k| p[k] + thickness * (q[k] - p[k])));
+            let divided = triangles.iter().flat_map(|&t| {
+                let at = (0..3).find(|&c| {
+                    let ends = [t[c], t[(c + 1) % 3]];
+                    ends == [a, b] || ends == [b, a]
+                });
+                match at {
+                    Some(c) => vec![
+                        [t[c], new, t[(c + 2) % 3]],
+                        [new, t[(c + 1) % 3], t[(c + 2) % 3]],
+                    ],
+                    None => vec![t],
+                }
+            });
+            triangles = divided.collect();
+        } else {
+            let (p, q, r) = (at(a), at(b), at(c));
+            let share = random.random_range(0.0..1.0) * (1.0 - thickness);
+            let rest = 1.0 - thickness - share;
+            positions.push([0, 1, 2].map(|k| share * p[k] + rest * q[k] + thickness * r[k]));
+            triangles[t] = [a, b, new];
+            triangles.extend([[b, c, new], [c, a, new]]);
+        }
+    }
+    TriangleMesh::new(positions, triangles).unwrap()
+}
+
+/// With some triangles turned over and some left out.
+fn torn(mesh: &TriangleMesh, random: &mut Pcg64) -> TriangleMesh {
+    let mut triangles = Vec::new();
+    for &[a, b, c] in mesh.triangles() {
+        match random.random_range(0..12) {
+            0 => {}
+            1 => triangles.push([a, c, b]),
+            _ => triangles.push([a, b, c]),
+        }
+    }
+    triangles.push(mesh.triangles()[0]);
+    TriangleMesh::new(mesh.positions().to_vec(), triangles).unwrap()
+}
+
+#[test]
+fn closed_surfaces_of_any_genus_reach_the_bound() {
+    let mut random = Pcg64::seed_from_u64(1);
+    let mut genera = std::collections::BTreeSet::new();
+    for round in 0..12 {
+        for mesh in closed(&mut random) {
+            let mesh = jittered(&smoothed(&subdivided(&mesh), 1), 0.05, &mut random);
+            let (v, t) = (mesh.positions().len() as i64, mesh.triangles().len() as i64);
+            genera.insert((2 - v + t / 2) / 2);
+            let outcome = Task::default().run(&mesh);
+            outcome.check_energy();
+            assert!(
+                outcome.energy() <= 4.1,
+                "{} in round {round}",
+                outcome.energy()
+            );
+        }
+    }
+    assert!(genera.len() > 2, "{genera:?}");
+}
+
+#[test]
+fn noise_and_slivers_do_no_harm() {
+    let mut random = Pcg64::seed_from_u64(2);
+    for _ in 0..16 {
+        let meshes = closed(&mut random);
+        let amount = random.random_range(0.0..0.6);
+        let mesh = jittered(&together(&meshes), amount, &mut random);
+        let count = random.random_range(0..12);
+        let mesh = with_slivers(&mesh, count, &mut random);
+        Task::default().run(&mesh);
+    }
+}
+
+#[test]
+fn torn_surfaces_do_no_harm() {
+    let mut random = Pcg64::seed_from_u64(3);
+    for _ in 0..10 {
+        let mesh = torn(&together(&closed(&mut random)), &mut random);
+        let mesh = with_slivers(&mesh, 3, &mut random);
+        let seed = random.random_range(1.0..100.0);
+        let raw = |p: [f64; 3]| [0, 1].map(|k| (seed * p[k] + p[2]).sin() as f32);
+        let task = Task {
+            guidance: Guidance::Tears,
+            raw: &raw,
+            ..Task::default()
+        };
+        task.run(&mesh);
+    }
+}
+
+/// Triangles over any three of a few points.
+#[test]
+fn heaps_of_triangles_do_no_harm() {
+    let mut random = Pcg64::seed_from_u64(4);
+    for round in 0..20 {
+        let points = random.random_range(4..12);
+        let side: f64 = if round % 2 == 0 { 3.0 } else { 1e6 };
+        let positions = (0..points)
+            .map(|_| [0; 3].map(|_| random.random_range(0.0..side).floor()))
+            .collect();
+        let triangles = (0..random.random_range(1..30))
+            .map(|_| [0; 3].map(|_| random.random_range(0..points)))
+            .collect();
+        let mesh = TriangleMesh::new(positions, triangles).unwrap();
+        if fam_surface::Components::of(&mesh, &[]).is_ok() {
+            Task::default().run(&mesh);
+        }
+    }
+}

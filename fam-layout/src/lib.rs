@@ -1,0 +1,227 @@
+//! From a raw map to UVs that an artist can use.
+
+#[cfg(test)]
+mod checks;
+mod cloud;
+mod component;
+mod costs;
+mod cut;
+mod distortion;
+mod divide;
+mod marks;
+mod pack;
+mod part;
+mod patch;
+mod refine;
+mod simplify;
+mod solve;
+mod surface;
+mod watch;
+
+use serde::{Deserialize, Serialize};
+
+pub use distortion::{Distortion, Measure};
+pub use marks::Marks;
+pub use surface::{finish, finish_cloud};
+
+use fam_surface::{Components, UvMap};
+
+/// What finishing is to reach, and what it may cost.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub struct FinishConfig {
+    /// Mean symmetric Dirichlet energy that a layout may have; 4 is that of an isometry.
+    pub distortion_bound: f64,
+    /// How much a seam costs against distortion: cuts that pay less are left out.
+    pub seam_weight: f64,
+    /// Most charts that a component is cut into.
+    pub max_charts: usize,
+    /// Empty texels between charts.
+    pub margin: f64,
+    /// Texels along the side of the UV square.
+    pub resolution: u32,
+}
+
+impl Default for FinishConfig {
+    fn default() -> Self {
+        Self {
+            distortion_bound: 4.1,
+            seam_weight: 1.0,
+            max_charts: 10,
+            margin: 4.0,
+            resolution: 2048,
+        }
+    }
+}
+
+impl FinishConfig {
+    /// What keeps a surface from being finished with this configuration, if anything: a
+    /// message that names the field.
+    pub fn problem(&self) -> Option<&'static str> {
+        if !(self.distortion_bound.is_finite() && self.distortion_bound > 4.0) {
+            Some("distortion-bound must be a number above 4, the energy of an isometry")
+        } else if !(0.0..=1e6).contains(&self.seam_weight) {
+            Some("seam-weight must lie in 0..=1e6")
+        } else if self.max_charts == 0 {
+            Some("max-charts must be at least 1")
+        } else if !(16..=65_536).contains(&self.resolution) {
+            Some("resolution must lie in 16..=65536")
+        } else if !(0.0..=f64::from(self.resolution) / 4.0).contains(&self.margin) {
+            Some("margin must lie between 0 and a quarter of the resolution")
+        } else {
+            None
+        }
+    }
+}
+
+/// Whether the network says where to cut.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Guidance {
+    /// Edges near the tears of the raw map cost less.
+    Tears,
+    /// An edge costs its length, a little less on a crease.
+    None,
+}
+
+/// A mesh and its raw map.
+#[derive(Debug, Clone, Copy)]
+pub struct Unfinished<'a> {
+    /// What the mesh was taken apart into.
+    pub components: &'a Components,
+    /// One UV for each vertex of every component.
+    pub raw: &'a [Vec<[f32; 2]>],
+    /// Whether the raw map says where to cut.
+    pub guidance: Guidance,
+    /// The UV square of every label; empty if all share one.
+    pub squares: &'a [u32],
+    /// Where somebody wants seams, and where not.
+    pub marks: &'a Marks,
+}
+
+/// A step of finishing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// A component is cut and flattened.
+    Refine,
+    /// All charts are laid side by side.
+    Pack,
+}
+
+/// Where finishing is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FinishProgress {
+    /// Which of the components, counting from 0.
+    pub component: usize,
+    /// How many components there are.
+    pub components: usize,
+    /// What is done with it.
+    pub stage: Stage,
+    /// Its mean symmetric Dirichlet energy so far; infinite before it is flat.
+    pub energy: f64,
+    /// Length of its seams so far, over the square root of its area; 0 before it is flat.
+    pub seam_length: f64,
+}
+
+/// A finished component.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Finished {
+    /// Its UVs, their triangles in the order of its mesh's.
+    pub uvs: UvMap,
+    /// Pieces that it lies in.
+    pub charts: usize,
+    /// Its mean distortion, each chart at its best scale; the energy is infinite if it has no
+    /// area.
+    pub distortion: Distortion,
+    /// The square root of its area, in input units (whose squares may be out of range).
+    pub root_area: f64,
+    /// Length of its seams in input units.
+    pub seam_length: f64,
+}
+
+impl Finished {
+    /// Length of its seams over the square root of its area; 0 if it has none.
+    pub fn relative_seam_length(&self) -> f64 {
+        ratio(self.seam_length, self.root_area)
+    }
+}
+
+/// A finished mesh.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FinishedAtlas {
+    /// Its components.
+    pub components: Vec<Finished>,
+    /// Share of each UV square that charts cover.
+    pub coverage: Vec<f64>,
+    /// Least number of texels between charts of each UV square: less than the margin that was
+    /// asked for where so many charts have no room for it.
+    pub margin: Vec<f64>,
+}
+
+impl FinishedAtlas {
+    /// Mean energy over the area of all components, each at its best scale.
+    pub fn energy(&self) -> f64 {
+        let total = self.root_area();
+        let share = |one: &Finished| ratio(one.root_area, total).powi(2);
+        self.components
+            .iter()
+            .filter(|one| one.root_area > 0.0)
+            .map(|one| share(one) * one.distortion.energy)
+            .sum()
+    }
+
+    /// Length of the seams inside of components, over the square root of the area of all.
+    pub fn relative_seam_length(&self) -> f64 {
+        let seams: f64 = self.components.iter().map(|one| one.seam_length).sum();
+        ratio(seams, self.root_area())
+    }
+
+    fn root_area(&self) -> f64 {
+        let roots = self.components.iter().map(|one| one.root_area);
+        roots.fold(0.0, f64::hypot)
+    }
+}
+
+/// A quotient that is 0 where there is nothing to divide by.
+fn ratio(part: f64, whole: f64) -> f64 {
+    if whole > 0.0 { part / whole } else { 0.0 }
+}
+
+/// A finished point cloud.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FinishedCloud {
+    /// One UV for each point.
+    pub uvs: Vec<[f32; 2]>,
+    /// Points that have no place in the surface that was found; they keep the raw map's UVs.
+    pub unreached: usize,
+    /// The surface that was found; without components if none was.
+    pub atlas: FinishedAtlas,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_without_sense_are_named() {
+        let config = FinishConfig::default();
+        assert_eq!(config.problem(), None);
+        let of = |change: fn(&mut FinishConfig)| {
+            let mut config = FinishConfig::default();
+            change(&mut config);
+            config.problem().unwrap_or("").split(' ').next()
+        };
+        for bound in [4.0, 3.9, -5.0, f64::NAN, f64::INFINITY] {
+            let config = FinishConfig {
+                distortion_bound: bound,
+                ..FinishConfig::default()
+            };
+            assert!(config.problem().is_some(), "{bound}");
+        }
+        assert_eq!(of(|c| c.seam_weight = -0.1), Some("seam-weight"));
+        assert_eq!(of(|c| c.seam_weight = f64::NAN), Some("seam-weight"));
+        assert_eq!(of(|c| c.max_charts = 0), Some("max-charts"));
+        assert_eq!(of(|c| c.margin = f64::NAN), Some("margin"));
+        assert_eq!(of(|c| c.margin = 600.0), Some("margin"));
+        assert_eq!(of(|c| c.resolution = 0), Some("resolution"));
+    }
+}

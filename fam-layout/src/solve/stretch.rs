@@ -1,0 +1,78 @@
+//! The linear part of a map's distortion.
+
+use super::energy::jacobian;
+use super::orientation::first_flipped;
+use super::rest::RestShapes;
+
+/// Maps the plane linearly so that a map stretches alike in all directions on average, and by
+/// 1: what is long and thin need not become so in many small steps. Orientation is kept.
+///
+/// That is by `S^(−1/2)`, with the area mean `S` of `J Jᵀ`. Nothing is moved where `S` is
+/// singular, or where a triangle would flip by rounding.
+pub(crate) fn even_out(triangles: &[[u32; 3]], rest: &RestShapes, uv: &mut [[f64; 2]]) {
+    let (mut a, mut b, mut d) = (0.0, 0.0, 0.0);
+    let total = rest.total_area();
+    for (t, corners) in triangles.iter().enumerate() {
+        let [u, v] = jacobian(rest, t, corners.map(|v| uv[v as usize]));
+        let area = rest.area(t) / total;
+        a += area * (u[0] * u[0] + u[1] * u[1]);
+        b += area * (u[0] * v[0] + u[1] * v[1]);
+        d += area * (v[0] * v[0] + v[1] * v[1]);
+    }
+    // √S = (S + √det S) / √(tr S + 2 √det S), whose inverse is its adjugate over √det S.
+    let root = (a * d - b * b).max(0.0).sqrt();
+    let factor = 1.0 / (root * (a + d + 2.0 * root).sqrt());
+    let map = [[d + root, -b], [-b, a + root]].map(|row| row.map(|c| c * factor));
+    if map.iter().flatten().all(|c| c.is_finite()) {
+        let even: Vec<[f64; 2]> = uv
+            .iter()
+            .map(|q| map.map(|row| row[0] * q[0] + row[1] * q[1]))
+            .collect();
+        if first_flipped(triangles, &even).is_none() {
+            uv.copy_from_slice(&even);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fam_surface::shapes;
+
+    #[test]
+    fn a_linear_map_becomes_an_isometry() {
+        let sheet = shapes::rectangle(2.0, 0.5, 5, 3);
+        let corners: Vec<_> = (0..30).map(|t| sheet.corners(t)).collect();
+        let rest = RestShapes::new(&corners, None);
+        for map in [
+            [[1.0, 0.0], [0.0, 1.0]],
+            [[3.0, 1.0], [-0.5, 40.0]],
+            [[1e-3, -7.0], [2.0, 1.0]],
+        ] {
+            let mut uv: Vec<[f64; 2]> = sheet
+                .positions()
+                .iter()
+                .map(|p| map.map(|row: [f64; 2]| row[0] * p[0] + row[1] * p[1]))
+                .collect();
+            even_out(sheet.triangles(), &rest, &mut uv);
+            for t in 0..30 {
+                let [a, b] = jacobian(&rest, t, sheet.triangles()[t].map(|v| uv[v as usize]));
+                let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+                for (found, expected) in [(dot(a, a), 1.0), (dot(b, b), 1.0), (dot(a, b), 0.0)] {
+                    assert!((found - expected).abs() < 1e-9, "{found}");
+                }
+                assert!(a[0] * b[1] - a[1] * b[0] > 0.0);
+            }
+        }
+    }
+
+    #[test]
+    fn what_has_no_extent_stays_where_it_is() {
+        let sheet = shapes::rectangle(1.0, 1.0, 1, 1);
+        let corners: Vec<_> = (0..2).map(|t| sheet.corners(t)).collect();
+        let rest = RestShapes::new(&corners, None);
+        let mut uv = vec![[0.5; 2]; 4];
+        even_out(sheet.triangles(), &rest, &mut uv);
+        assert_eq!(uv, [[0.5; 2]; 4]);
+    }
+}

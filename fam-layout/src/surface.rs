@@ -1,0 +1,263 @@
+use std::ops::ControlFlow;
+
+use crate::cloud::Reconstruction;
+use crate::cloud::places::places;
+use crate::component::{FlatChart, flat_charts};
+use crate::distortion::Distortion;
+use crate::pack::{Chart, pack, to_f32};
+use crate::watch::Watch;
+use crate::{
+    FinishConfig, FinishProgress, Finished, FinishedAtlas, FinishedCloud, Guidance, Marks, Stage,
+    Unfinished,
+};
+use fam_surface::vector::{length, sub};
+use fam_surface::{Component, Components, TriangleMesh, UvMap};
+
+/// Of what the energy may be above that of an isometry, the share up to which surfaces are cut; the
+/// rest is left for better angles, of which the first per cent brings most. A seam through a cloud
+/// has no two sides that would have to match, it only tears the triangles along it; so it counts
+/// for less there: conformality on a bust of 13,000 points is least at about this share.
+const SHARE_OF_MESHES: f64 = 0.97;
+const SHARE_OF_CLOUDS: f64 = 0.2;
+
+/// Finishes the raw map of a mesh. `observe` is called often, whether there is something new or
+/// not; after it breaks off, nothing is refined any more. The result is valid all the same.
+///
+/// # Panics
+/// If the raw map does not fit the components.
+pub fn finish(
+    config: &FinishConfig,
+    unfinished: &Unfinished,
+    observe: &mut (dyn FnMut(FinishProgress) -> ControlFlow<()> + Send),
+) -> FinishedAtlas {
+    finish_within(config, SHARE_OF_MESHES, unfinished, observe)
+}
+
+/// [`finish`], where a component is cut until a share of what the energy may be above that of an
+/// isometry is reached; all of it is used for better angles then.
+fn finish_within(
+    config: &FinishConfig,
+    share: f64,
+    unfinished: &Unfinished,
+    observe: &mut (dyn FnMut(FinishProgress) -> ControlFlow<()> + Send),
+) -> FinishedAtlas {
+    let Unfinished { guidance, .. } = *unfinished;
+    let list = &unfinished.components.list;
+    let meshes = at_one_scale(list);
+    let mut observe = observe;
+    let watch = Watch::new(list.len(), &mut observe);
+    let charts: Vec<Vec<FlatChart>> = meshes
+        .iter()
+        .zip(unfinished.raw)
+        .enumerate()
+        .map(|(i, (mesh, raw))| {
+            let marks = unfinished.marks.of_component(&list[i]);
+            watch.enters(i, Stage::Refine);
+            flat_charts(config, share, mesh, raw, guidance, &marks, &watch)
+        })
+        .collect();
+    watch.enters(list.len().saturating_sub(1), Stage::Pack);
+    let square = |c: usize| {
+        let square = unfinished.squares.get(list[c].label as usize);
+        square.copied().unwrap_or(0)
+    };
+    let count = (0..list.len())
+        .map(square)
+        .max()
+        .map_or(1, |last| last as usize + 1);
+    let unplaced = |chart: &FlatChart| vec![[0.0_f32; 2]; chart.uvs.len()];
+    let mut uvs: Vec<Vec<Vec<[f32; 2]>>> = charts
+        .iter()
+        .map(|charts| charts.iter().map(unplaced).collect())
+        .collect();
+    let (mut coverage, mut margin) = (Vec::new(), Vec::new());
+    for number in 0..count {
+        let members: Vec<([usize; 2], Chart)> = charts
+            .iter()
+            .enumerate()
+            .filter(|(c, _)| square(*c) as usize == number)
+            .flat_map(|(c, charts)| (0..).zip(charts).map(move |(k, chart)| ([c, k], chart)))
+            .filter_map(|(at, chart)| Some((at, Chart::new(&chart.uvs, &chart.triangles).ok()?)))
+            .collect();
+        let own: Vec<Chart> = members.iter().map(|(_, chart)| *chart).collect();
+        let packing = pack(&own, config.margin, config.resolution);
+        coverage.push(packing.coverage);
+        margin.push(packing.margin);
+        if let Ok(rounded) = to_f32(&own, &packing) {
+            for (([c, k], _), placed) in members.iter().zip(rounded.uvs) {
+                uvs[*c][*k] = placed;
+            }
+        }
+    }
+    let finished = list
+        .iter()
+        .zip(charts)
+        .zip(uvs)
+        .map(|((component, charts), uvs)| finished(&component.mesh, &charts, &uvs))
+        .collect();
+    FinishedAtlas {
+        components: finished,
+        coverage,
+        margin,
+    }
+}
+
+/// The meshes of components in a common unit in which the largest has an extent of 1, so that
+/// no square of a length overflows.
+fn at_one_scale(list: &[Component]) -> Vec<TriangleMesh> {
+    let extents = list.iter().map(|c| half_extent(&c.mesh));
+    let unit = extents.fold(0.0, f64::max);
+    list.iter().map(|c| scaled(&c.mesh, unit)).collect()
+}
+
+/// A mesh near the origin, in a unit of twice the length given.
+fn scaled(mesh: &TriangleMesh, half_unit: f64) -> TriangleMesh {
+    let unit = if half_unit > 0.0 { half_unit } else { 1.0 };
+    let low = [0, 1, 2].map(|axis| low_and_high(mesh, axis).0);
+    let place = |p: &[f64; 3]| [0, 1, 2].map(|a| (0.5 * p[a] - 0.5 * low[a]) / unit);
+    let positions = mesh.positions().iter().map(place).collect();
+    TriangleMesh::new(positions, mesh.triangles().to_vec()).unwrap_or_else(|_| mesh.clone())
+}
+
+/// Half of the longest side of a mesh's bounding box.
+fn half_extent(mesh: &TriangleMesh) -> f64 {
+    let side = |axis| {
+        let (low, high) = low_and_high(mesh, axis);
+        0.5 * high - 0.5 * low
+    };
+    (0..3).map(side).fold(0.0, f64::max)
+}
+
+fn low_and_high(mesh: &TriangleMesh, axis: usize) -> (f64, f64) {
+    let along = mesh.positions().iter().map(|p| p[axis]);
+    along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| {
+        (low.min(c), high.max(c))
+    })
+}
+
+/// A component put together from its charts; triangles of none lie at (0, 0).
+fn finished(mesh: &TriangleMesh, charts: &[FlatChart], placed: &[Vec<[f32; 2]>]) -> Finished {
+    let mut uvs = Vec::new();
+    let mut triangles = vec![[0; 3]; mesh.triangles().len()];
+    for (chart, placed) in charts.iter().zip(placed) {
+        let first = uvs.len() as u32;
+        uvs.extend(placed);
+        for (corners, &t) in chart.triangles.iter().zip(&chart.source) {
+            triangles[t as usize] = corners.map(|v| first + v);
+        }
+    }
+    if uvs.is_empty() {
+        uvs.push([0.0; 2]);
+    }
+    // In a unit of its own no square of a length is out of range.
+    let half_unit = half_extent(mesh);
+    let own = scaled(mesh, half_unit);
+    let in_input_units = |length: f64| 2.0 * (length * half_unit);
+    let areas = own.triangle_areas();
+    let area = |chart: &FlatChart| chart.source.iter().map(|&t| areas[t as usize]).sum::<f64>();
+    let distortions: Vec<(Distortion, f64, usize)> = charts
+        .iter()
+        .map(|chart| (chart.distortion, area(chart), chart.source.len()))
+        .collect();
+    Finished {
+        charts: charts.len(),
+        distortion: Distortion::together(&distortions),
+        root_area: in_input_units(areas.iter().sum::<f64>().sqrt()),
+        seam_length: in_input_units(seam_length(&own, &triangles)),
+        uvs: UvMap::new(uvs, triangles).unwrap_or_else(|_| flat(mesh)),
+    }
+}
+
+/// A map without any extent.
+fn flat(mesh: &TriangleMesh) -> UvMap {
+    let none = UvMap::new(vec![[0.0; 2]], vec![[0; 3]; mesh.triangles().len()]);
+    none.unwrap_or_else(|error| unreachable!("{error}"))
+}
+
+/// The length of the edges whose two sides lie apart in the plane.
+fn seam_length(mesh: &TriangleMesh, uv_triangles: &[[u32; 3]]) -> f64 {
+    let mut sides: Vec<([u32; 2], [u32; 2])> = mesh
+        .triangles()
+        .iter()
+        .zip(uv_triangles)
+        .flat_map(|(t, uv)| {
+            [(0, 1), (1, 2), (2, 0)].map(|(i, j)| {
+                let (i, j) = if t[i] < t[j] { (i, j) } else { (j, i) };
+                ([t[i], t[j]], [uv[i], uv[j]])
+            })
+        })
+        .collect();
+    sides.sort_unstable();
+    let apart = |pair: &&[([u32; 2], [u32; 2])]| pair.len() == 2 && pair[0].1 != pair[1].1;
+    let at = |v: u32| mesh.positions()[v as usize];
+    sides
+        .chunk_by(|a, b| a.0 == b.0)
+        .filter(apart)
+        .map(|pair| pair[0].0)
+        .map(|[a, b]| length(sub(at(b), at(a))))
+        .fold(0.0, |sum, length| sum + length)
+}
+
+/// Finishes the raw map of a point cloud, one UV for each point, as [`finish`] does a mesh's:
+/// the surface through the points is cut as little as the bound allows, and each point has the
+/// UV of one of its triangles, chosen so that few triangles are torn. It is cut further than a
+/// mesh: to a fifth of what the bound is above the energy of an isometry.
+pub fn finish_cloud(
+    config: &FinishConfig,
+    points: &[[f64; 3]],
+    raw: &[[f32; 2]],
+    observe: &mut (dyn FnMut(FinishProgress) -> ControlFlow<()> + Send),
+) -> FinishedCloud {
+    let left = || FinishedCloud {
+        uvs: raw.to_vec(),
+        unreached: points.len(),
+        atlas: FinishedAtlas {
+            components: Vec::new(),
+            coverage: Vec::new(),
+            margin: Vec::new(),
+        },
+    };
+    let Ok(reconstruction) = Reconstruction::of(points, raw) else {
+        return left();
+    };
+    let Ok(components) = Components::of(&reconstruction.mesh, &[]) else {
+        return left();
+    };
+    let own: Vec<Vec<[f32; 2]>> = components
+        .list
+        .iter()
+        .map(|component| {
+            component
+                .vertices
+                .iter()
+                .map(|&v| raw[v as usize])
+                .collect()
+        })
+        .collect();
+    let unfinished = Unfinished {
+        components: &components,
+        raw: &own,
+        guidance: Guidance::Tears,
+        squares: &[],
+        marks: &Marks::default(),
+    };
+    let atlas = finish_within(config, SHARE_OF_CLOUDS, &unfinished, observe);
+    let mut placed: Vec<Option<[f32; 2]>> = vec![None; points.len()];
+    for (component, finished) in components.list.iter().zip(&atlas.components) {
+        let own = places(&component.mesh, &finished.uvs);
+        for (&v, place) in component.vertices.iter().zip(own) {
+            placed[v as usize] = placed[v as usize].or(place);
+        }
+    }
+    let of_point = |vertex: &Option<u32>| placed[(*vertex)? as usize];
+    let uvs: Vec<Option<[f32; 2]>> = reconstruction.vertices.iter().map(of_point).collect();
+    FinishedCloud {
+        unreached: uvs.iter().filter(|uv| uv.is_none()).count(),
+        uvs: uvs
+            .iter()
+            .zip(raw)
+            .map(|(uv, raw)| uv.unwrap_or(*raw))
+            .collect(),
+        atlas,
+    }
+}
