@@ -4,7 +4,7 @@ use std::path::Path;
 
 use clap::ValueEnum;
 use fam_core::training::TrainingConfig;
-use fam_layout::FinishConfig;
+use fam_layout::LayoutConfig;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
@@ -24,7 +24,7 @@ pub struct Config {
 pub struct Finishing {
     pub mode: FinishMode,
     #[serde(flatten)]
-    pub config: FinishConfig,
+    pub config: LayoutConfig,
 }
 
 /// Whether a map is finished.
@@ -45,7 +45,7 @@ impl Config {
             },
             finish: Finishing {
                 mode: FinishMode::Full,
-                config: FinishConfig::default(),
+                config: LayoutConfig::default(),
             },
         }
     }
@@ -205,9 +205,9 @@ mod tests {
         assert_eq!((training.points, training.networks.width), (77, 32));
         assert_eq!(training.iterations, fast.training.iterations);
         assert_eq!(training.networks.latent, fast.training.networks.latent);
-        let finish = FinishConfig {
+        let finish = LayoutConfig {
             margin: 2.0,
-            ..FinishConfig::default()
+            ..LayoutConfig::default()
         };
         assert_eq!(config.finish.config, finish);
     }

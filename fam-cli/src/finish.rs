@@ -4,8 +4,7 @@ use std::ops::ControlFlow;
 
 use fam_io::Uvs;
 use fam_layout::{
-    FinishConfig, FinishProgress, FinishedAtlas, FinishedCloud, Guidance, Unfinished, finish,
-    finish_cloud,
+    CloudLayout, LayoutConfig, MeshInput, MeshLayout, Progress, lay_out, lay_out_cloud,
 };
 use fam_surface::seams::{SeamRule, SeamThreshold, Seams};
 use fam_surface::{Components, PointCloud, Surface, SurfaceError, UvMap};
@@ -42,7 +41,7 @@ pub struct Layout {
 
 /// How a surface was finished.
 pub struct Finished {
-    pub config: FinishConfig,
+    pub config: LayoutConfig,
     pub stopped: bool,
     /// What came of marks, if there were any.
     pub marks: Option<MarksReport>,
@@ -53,13 +52,13 @@ pub struct Finished {
 pub enum Outcome {
     Mesh {
         raw: UvMap,
-        atlas: FinishedAtlas,
+        atlas: MeshLayout,
     },
     Cloud {
         /// Points with the UVs of the raw map.
         unreached: usize,
         /// The surface that was found.
-        atlas: FinishedAtlas,
+        atlas: MeshLayout,
     },
 }
 
@@ -79,10 +78,9 @@ impl Finish<'_> {
         if self.settings.mode == FinishMode::None {
             return Ok(left(flattened, Uvs::Mesh(raw)));
         }
-        let unfinished = Unfinished {
+        let unfinished = MeshInput {
             components,
-            raw: &flattened.uvs,
-            guidance: Guidance::Tears,
+            map: Some(&flattened.uvs),
             squares: self.squares,
             marks: &self.marked.marks,
         };
@@ -109,7 +107,7 @@ impl Finish<'_> {
         }
         let points = cloud.points();
         let watched = Watched::new(self.quiet, self.stop);
-        let FinishedCloud {
+        let CloudLayout {
             uvs,
             unreached,
             atlas,
@@ -162,24 +160,24 @@ impl<'a> Watched<'a> {
         }
     }
 
-    pub fn mesh(mut self, config: &FinishConfig, unfinished: &Unfinished) -> FinishedAtlas {
-        let atlas = finish(config, unfinished, &mut |now| self.observe(now));
+    pub fn mesh(mut self, config: &LayoutConfig, unfinished: &MeshInput) -> MeshLayout {
+        let atlas = lay_out(config, unfinished, &mut |now| self.observe(now));
         self.progress.finish();
         atlas
     }
 
     pub fn cloud(
         mut self,
-        config: &FinishConfig,
+        config: &LayoutConfig,
         points: &[[f64; 3]],
         raw: &[[f32; 2]],
-    ) -> FinishedCloud {
-        let cloud = finish_cloud(config, points, raw, &mut |now| self.observe(now));
+    ) -> CloudLayout {
+        let cloud = lay_out_cloud(config, points, raw, &mut |now| self.observe(now));
         self.progress.finish();
         cloud
     }
 
-    fn observe(&mut self, now: FinishProgress) -> ControlFlow<()> {
+    fn observe(&mut self, now: Progress) -> ControlFlow<()> {
         self.progress.show(&now);
         match self.stop.now() {
             true => ControlFlow::Break(()),

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use fam_core::atlas::Part;
-use fam_layout::{self, FinishConfig, FinishedAtlas};
+use fam_layout::{self, LayoutConfig, MeshLayout};
 use fam_surface::metrics::Metrics;
 use fam_surface::{Component, Conditioning};
 use serde::Serialize;
@@ -38,7 +38,7 @@ pub struct Report {
 /// How the surface was finished.
 #[derive(Debug, Serialize)]
 struct FinishReport {
-    config: FinishConfig,
+    config: LayoutConfig,
     #[serde(flatten)]
     layout: Option<LayoutReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -208,7 +208,7 @@ impl FinishReport {
 }
 
 impl LayoutReport {
-    fn new(atlas: &FinishedAtlas) -> Self {
+    fn new(atlas: &MeshLayout) -> Self {
         Self {
             charts: atlas.components.iter().map(|one| one.charts).sum(),
             energy: atlas.energy(),

@@ -1,6 +1,6 @@
 //! What the user has to know about a finished surface.
 
-use fam_layout::{self, Distortion, FinishConfig, FinishedAtlas, Measure};
+use fam_layout::{self, Distortion, LayoutConfig, Measure, MeshLayout};
 use fam_surface::metrics::Metrics;
 
 use crate::finish::{Finished, Outcome};
@@ -38,7 +38,7 @@ pub fn warnings(finished: &Finished, mesh: Option<&Metrics>) -> Vec<String> {
 }
 
 /// The measures that are above what the distortion bound allows.
-fn too_distorted(atlas: &FinishedAtlas, config: &FinishConfig) -> Vec<String> {
+fn too_distorted(atlas: &MeshLayout, config: &LayoutConfig) -> Vec<String> {
     let limits = Distortion::allowed(config.distortion_bound);
     // Specks without area have no distortion to speak of.
     let with_area = |one: &&finish::Finished| one.root_area > 0.0;
@@ -61,7 +61,7 @@ fn too_distorted(atlas: &FinishedAtlas, config: &FinishConfig) -> Vec<String> {
 }
 
 /// That more charts were needed than were asked for.
-fn too_many_charts(atlas: &FinishedAtlas, config: &FinishConfig) -> Option<String> {
+fn too_many_charts(atlas: &MeshLayout, config: &LayoutConfig) -> Option<String> {
     let all = &atlas.components;
     let charts = all.iter().map(|one| one.charts);
     let above: Vec<usize> = charts.filter(|&count| count > config.max_charts).collect();
@@ -76,7 +76,7 @@ fn too_many_charts(atlas: &FinishedAtlas, config: &FinishConfig) -> Option<Strin
 }
 
 /// That charts lie closer together than was asked for.
-fn too_narrow(atlas: &FinishedAtlas, config: &FinishConfig) -> Option<String> {
+fn too_narrow(atlas: &MeshLayout, config: &LayoutConfig) -> Option<String> {
     let least = atlas.margin.iter().copied().reduce(f64::min)?;
     (least < config.margin).then(|| {
         format!(
@@ -128,13 +128,13 @@ mod tests {
     }
 
     fn warned(components: Vec<finish::Finished>, margin: f64, unreached: usize) -> Vec<String> {
-        let atlas = FinishedAtlas {
+        let atlas = MeshLayout {
             coverage: vec![0.5],
             margin: vec![margin],
             components,
         };
         let finished = Finished {
-            config: FinishConfig::default(),
+            config: LayoutConfig::default(),
             stopped: false,
             marks: None,
             outcome: Outcome::Cloud { unreached, atlas },

@@ -8,7 +8,7 @@ use std::time::Instant;
 use burn_autodiff::Autodiff;
 use burn_ndarray::NdArray;
 use fam_core::training::{Strategies, TrainingConfig, train};
-use fam_layout::{FinishConfig, finish_cloud};
+use fam_layout::{LayoutConfig, lay_out_cloud};
 use fam_surface::metrics::Metrics;
 use fam_surface::{PointCloud, Surface, SurfaceError, TriangleMesh, UvMap, shapes};
 
@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let raw = map.uvs(&points);
         let before = Instant::now();
         let going = &mut |_| ControlFlow::Continue(());
-        let finished = finish_cloud(&FinishConfig::default(), &points, &raw, going);
+        let finished = lay_out_cloud(&LayoutConfig::default(), &points, &raw, going);
         let finishing = before.elapsed().as_secs_f64();
         println!(
             "| {name} | {} | {training:.0} | {finishing:.1} | {:.3} | {:.3} |",

@@ -1,5 +1,6 @@
 //! One component, cut into charts and flattened.
 
+use crate::LayoutConfig;
 use crate::costs::creases::crease_costs;
 use crate::costs::tears::tear_costs;
 use crate::cut::Cut;
@@ -17,7 +18,6 @@ use crate::solve::SolveError;
 use crate::solve::layout::Layout;
 use crate::solve::rest::RestShapes;
 use crate::watch::Watch;
-use crate::{FinishConfig, Guidance};
 use fam_surface::TriangleMesh;
 
 /// Components of fewer triangles may take as many steps as one of this many: they are quick.
@@ -43,19 +43,18 @@ pub struct FlatChart {
 }
 
 /// Cuts a component's mesh into as few charts as it takes and flattens them. Where to cut is looked
-/// for at a `share` of what the bound is above the energy of an isometry. `raw` has its UVs by the
-/// network; `marks` says where to cut and where not to; `watch` sees what is reached on the way and
+/// for at a `share` of what the bound is above the energy of an isometry. `map` has UVs of its vertices
+/// that say where to cut; `marks` says where to cut and where not to; `watch` sees what is reached on the way and
 /// says whether to go on refining.
 ///
 /// A part that has no valid layout in one piece is divided, down to single triangles if it must
 /// be. One whose energy stays above the bound is divided where it would overlap itself if it were
 /// free to, as long as there are not too many charts.
 pub fn flat_charts(
-    config: &FinishConfig,
+    config: &LayoutConfig,
     share: f64,
     mesh: &TriangleMesh,
-    raw: &[[f32; 2]],
-    guidance: Guidance,
+    map: Option<&[[f32; 2]]>,
     marks: &ComponentMarks,
     watch: &Watch,
 ) -> Vec<FlatChart> {
@@ -71,8 +70,7 @@ pub fn flat_charts(
     let mut component = Component {
         goal,
         allowed: Distortion::allowed(config.distortion_bound),
-        raw,
-        guidance,
+        map,
         marks,
         areas: mesh.triangle_areas(),
         budget: steps * (mesh.triangles().len() as u64).max(SMALL),
@@ -87,8 +85,7 @@ struct Component<'a, 'w> {
     goal: Goal,
     /// What the bound allows.
     allowed: Distortion,
-    raw: &'a [[f32; 2]],
-    guidance: Guidance,
+    map: Option<&'a [[f32; 2]]>,
     marks: &'a ComponentMarks,
     /// Of every triangle.
     areas: Vec<f64>,
@@ -150,23 +147,22 @@ impl Component<'_, '_> {
         patch: &Patch,
         placed: Option<&[[f64; 2]]>,
     ) -> Result<Layout, SolveError> {
-        let own: Vec<[f32; 2]> = part
-            .vertices
-            .iter()
-            .map(|&v| self.raw[v as usize])
-            .collect();
-        let cost = match self.guidance {
-            Guidance::Tears => tear_costs(patch, &own),
-            Guidance::None => crease_costs(patch),
+        let own: Option<Vec<[f32; 2]>> = self
+            .map
+            .map(|map| part.vertices.iter().map(|&v| map[v as usize]).collect());
+        let cost = match &own {
+            Some(own) => tear_costs(patch, own),
+            None => crease_costs(patch),
         };
-        let of = |h: u32| own[patch.source[patch.topology.origin(h) as usize] as usize];
-        let map: Vec<[f64; 2]> = (0..patch.topology.half_edges())
-            .map(|h| of(h).map(f64::from))
-            .collect();
-        let start = match (placed, self.guidance) {
+        let at_half_edges = own.map(|own| {
+            let of = |h: u32| own[patch.source[patch.topology.origin(h) as usize] as usize];
+            let corners = (0..patch.topology.half_edges()).map(|h| of(h).map(f64::from));
+            corners.collect::<Vec<[f64; 2]>>()
+        });
+        let start = match (placed, &at_half_edges) {
             (Some(corners), _) => Start::Layout(corners),
-            (None, Guidance::Tears) => Start::Map(&map),
-            (None, Guidance::None) => Start::Nothing,
+            (None, Some(corners)) => Start::Map(corners),
+            (None, None) => Start::Nothing,
         };
         refined(patch, cost, start, &self.goal, &mut self.budget, self.watch)
     }

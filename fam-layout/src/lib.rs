@@ -22,14 +22,14 @@ use serde::{Deserialize, Serialize};
 
 pub use distortion::{Distortion, Measure};
 pub use marks::Marks;
-pub use surface::{finish, finish_cloud};
+pub use surface::{lay_out, lay_out_cloud};
 
 use fam_surface::{Components, UvMap};
 
 /// What finishing is to reach, and what it may cost.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub struct FinishConfig {
+pub struct LayoutConfig {
     /// Mean symmetric Dirichlet energy that a layout may have; 4 is that of an isometry.
     pub distortion_bound: f64,
     /// How much a seam costs against distortion: cuts that pay less are left out.
@@ -42,7 +42,7 @@ pub struct FinishConfig {
     pub resolution: u32,
 }
 
-impl Default for FinishConfig {
+impl Default for LayoutConfig {
     fn default() -> Self {
         Self {
             distortion_bound: 4.1,
@@ -54,7 +54,7 @@ impl Default for FinishConfig {
     }
 }
 
-impl FinishConfig {
+impl LayoutConfig {
     /// What keeps a surface from being finished with this configuration, if anything: a
     /// message that names the field.
     pub fn problem(&self) -> Option<&'static str> {
@@ -74,24 +74,14 @@ impl FinishConfig {
     }
 }
 
-/// Whether the network says where to cut.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Guidance {
-    /// Edges near the tears of the raw map cost less.
-    Tears,
-    /// An edge costs its length, a little less on a crease.
-    None,
-}
-
-/// A mesh and its raw map.
+/// A mesh to lay out.
 #[derive(Debug, Clone, Copy)]
-pub struct Unfinished<'a> {
+pub struct MeshInput<'a> {
     /// What the mesh was taken apart into.
     pub components: &'a Components,
-    /// One UV for each vertex of every component.
-    pub raw: &'a [Vec<[f32; 2]>],
-    /// Whether the raw map says where to cut.
-    pub guidance: Guidance,
+    /// A map of the mesh that says where to cut: one UV for each vertex of every component.
+    /// Edges near its tears cost less. It may be torn, folded and overlapping.
+    pub map: Option<&'a [Vec<[f32; 2]>]>,
     /// The UV square of every label; empty if all share one.
     pub squares: &'a [u32],
     /// Where somebody wants seams, and where not.
@@ -109,7 +99,7 @@ pub enum Stage {
 
 /// Where finishing is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FinishProgress {
+pub struct Progress {
     /// Which of the components, counting from 0.
     pub component: usize,
     /// How many components there are.
@@ -124,7 +114,7 @@ pub struct FinishProgress {
 
 /// A finished component.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Finished {
+pub struct ComponentLayout {
     /// Its UVs, their triangles in the order of its mesh's.
     pub uvs: UvMap,
     /// Pieces that it lies in.
@@ -138,7 +128,7 @@ pub struct Finished {
     pub seam_length: f64,
 }
 
-impl Finished {
+impl ComponentLayout {
     /// Length of its seams over the square root of its area; 0 if it has none.
     pub fn relative_seam_length(&self) -> f64 {
         ratio(self.seam_length, self.root_area)
@@ -147,9 +137,9 @@ impl Finished {
 
 /// A finished mesh.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FinishedAtlas {
+pub struct MeshLayout {
     /// Its components.
-    pub components: Vec<Finished>,
+    pub components: Vec<ComponentLayout>,
     /// Share of each UV square that charts cover.
     pub coverage: Vec<f64>,
     /// Least number of texels between charts of each UV square: less than the margin that was
@@ -157,11 +147,11 @@ pub struct FinishedAtlas {
     pub margin: Vec<f64>,
 }
 
-impl FinishedAtlas {
+impl MeshLayout {
     /// Mean energy over the area of all components, each at its best scale.
     pub fn energy(&self) -> f64 {
         let total = self.root_area();
-        let share = |one: &Finished| ratio(one.root_area, total).powi(2);
+        let share = |one: &ComponentLayout| ratio(one.root_area, total).powi(2);
         self.components
             .iter()
             .filter(|one| one.root_area > 0.0)
@@ -188,13 +178,13 @@ fn ratio(part: f64, whole: f64) -> f64 {
 
 /// A finished point cloud.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FinishedCloud {
+pub struct CloudLayout {
     /// One UV for each point.
     pub uvs: Vec<[f32; 2]>,
     /// Points that have no place in the surface that was found; they keep the raw map's UVs.
     pub unreached: usize,
     /// The surface that was found; without components if none was.
-    pub atlas: FinishedAtlas,
+    pub atlas: MeshLayout,
 }
 
 #[cfg(test)]
@@ -203,17 +193,17 @@ mod tests {
 
     #[test]
     fn values_without_sense_are_named() {
-        let config = FinishConfig::default();
+        let config = LayoutConfig::default();
         assert_eq!(config.problem(), None);
-        let of = |change: fn(&mut FinishConfig)| {
-            let mut config = FinishConfig::default();
+        let of = |change: fn(&mut LayoutConfig)| {
+            let mut config = LayoutConfig::default();
             change(&mut config);
             config.problem().unwrap_or("").split(' ').next()
         };
         for bound in [4.0, 3.9, -5.0, f64::NAN, f64::INFINITY] {
-            let config = FinishConfig {
+            let config = LayoutConfig {
                 distortion_bound: bound,
-                ..FinishConfig::default()
+                ..LayoutConfig::default()
             };
             assert!(config.problem().is_some(), "{bound}");
         }

@@ -7,8 +7,7 @@ use crate::distortion::Distortion;
 use crate::pack::{Chart, pack, to_f32};
 use crate::watch::Watch;
 use crate::{
-    FinishConfig, FinishProgress, Finished, FinishedAtlas, FinishedCloud, Guidance, Marks, Stage,
-    Unfinished,
+    CloudLayout, ComponentLayout, LayoutConfig, Marks, MeshInput, MeshLayout, Progress, Stage,
 };
 use fam_surface::vector::{length, sub};
 use fam_surface::{Component, Components, TriangleMesh, UvMap};
@@ -24,36 +23,35 @@ const SHARE_OF_CLOUDS: f64 = 0.2;
 /// not; after it breaks off, nothing is refined any more. The result is valid all the same.
 ///
 /// # Panics
-/// If the raw map does not fit the components.
-pub fn finish(
-    config: &FinishConfig,
-    unfinished: &Unfinished,
-    observe: &mut (dyn FnMut(FinishProgress) -> ControlFlow<()> + Send),
-) -> FinishedAtlas {
-    finish_within(config, SHARE_OF_MESHES, unfinished, observe)
+/// If the map does not fit the components.
+pub fn lay_out(
+    config: &LayoutConfig,
+    unfinished: &MeshInput,
+    observe: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
+) -> MeshLayout {
+    lay_out_within(config, SHARE_OF_MESHES, unfinished, observe)
 }
 
-/// [`finish`], where a component is cut until a share of what the energy may be above that of an
+/// [`lay_out`], where a component is cut until a share of what the energy may be above that of an
 /// isometry is reached; all of it is used for better angles then.
-fn finish_within(
-    config: &FinishConfig,
+fn lay_out_within(
+    config: &LayoutConfig,
     share: f64,
-    unfinished: &Unfinished,
-    observe: &mut (dyn FnMut(FinishProgress) -> ControlFlow<()> + Send),
-) -> FinishedAtlas {
-    let Unfinished { guidance, .. } = *unfinished;
+    unfinished: &MeshInput,
+    observe: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
+) -> MeshLayout {
     let list = &unfinished.components.list;
     let meshes = at_one_scale(list);
     let mut observe = observe;
     let watch = Watch::new(list.len(), &mut observe);
     let charts: Vec<Vec<FlatChart>> = meshes
         .iter()
-        .zip(unfinished.raw)
         .enumerate()
-        .map(|(i, (mesh, raw))| {
+        .map(|(i, mesh)| {
+            let map = unfinished.map.map(|map| map[i].as_slice());
             let marks = unfinished.marks.of_component(&list[i]);
             watch.enters(i, Stage::Refine);
-            flat_charts(config, share, mesh, raw, guidance, &marks, &watch)
+            flat_charts(config, share, mesh, map, &marks, &watch)
         })
         .collect();
     watch.enters(list.len().saturating_sub(1), Stage::Pack);
@@ -95,7 +93,7 @@ fn finish_within(
         .zip(uvs)
         .map(|((component, charts), uvs)| finished(&component.mesh, &charts, &uvs))
         .collect();
-    FinishedAtlas {
+    MeshLayout {
         components: finished,
         coverage,
         margin,
@@ -136,7 +134,11 @@ fn low_and_high(mesh: &TriangleMesh, axis: usize) -> (f64, f64) {
 }
 
 /// A component put together from its charts; triangles of none lie at (0, 0).
-fn finished(mesh: &TriangleMesh, charts: &[FlatChart], placed: &[Vec<[f32; 2]>]) -> Finished {
+fn finished(
+    mesh: &TriangleMesh,
+    charts: &[FlatChart],
+    placed: &[Vec<[f32; 2]>],
+) -> ComponentLayout {
     let mut uvs = Vec::new();
     let mut triangles = vec![[0; 3]; mesh.triangles().len()];
     for (chart, placed) in charts.iter().zip(placed) {
@@ -159,7 +161,7 @@ fn finished(mesh: &TriangleMesh, charts: &[FlatChart], placed: &[Vec<[f32; 2]>])
         .iter()
         .map(|chart| (chart.distortion, area(chart), chart.source.len()))
         .collect();
-    Finished {
+    ComponentLayout {
         charts: charts.len(),
         distortion: Distortion::together(&distortions),
         root_area: in_input_units(areas.iter().sum::<f64>().sqrt()),
@@ -198,20 +200,20 @@ fn seam_length(mesh: &TriangleMesh, uv_triangles: &[[u32; 3]]) -> f64 {
         .fold(0.0, |sum, length| sum + length)
 }
 
-/// Finishes the raw map of a point cloud, one UV for each point, as [`finish`] does a mesh's:
+/// Finishes the raw map of a point cloud, one UV for each point, as [`lay_out`] does a mesh's:
 /// the surface through the points is cut as little as the bound allows, and each point has the
 /// UV of one of its triangles, chosen so that few triangles are torn. It is cut further than a
 /// mesh: to a fifth of what the bound is above the energy of an isometry.
-pub fn finish_cloud(
-    config: &FinishConfig,
+pub fn lay_out_cloud(
+    config: &LayoutConfig,
     points: &[[f64; 3]],
     raw: &[[f32; 2]],
-    observe: &mut (dyn FnMut(FinishProgress) -> ControlFlow<()> + Send),
-) -> FinishedCloud {
-    let left = || FinishedCloud {
+    observe: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
+) -> CloudLayout {
+    let left = || CloudLayout {
         uvs: raw.to_vec(),
         unreached: points.len(),
-        atlas: FinishedAtlas {
+        atlas: MeshLayout {
             components: Vec::new(),
             coverage: Vec::new(),
             margin: Vec::new(),
@@ -234,14 +236,13 @@ pub fn finish_cloud(
                 .collect()
         })
         .collect();
-    let unfinished = Unfinished {
+    let unfinished = MeshInput {
         components: &components,
-        raw: &own,
-        guidance: Guidance::Tears,
+        map: Some(&own),
         squares: &[],
         marks: &Marks::default(),
     };
-    let atlas = finish_within(config, SHARE_OF_CLOUDS, &unfinished, observe);
+    let atlas = lay_out_within(config, SHARE_OF_CLOUDS, &unfinished, observe);
     let mut placed: Vec<Option<[f32; 2]>> = vec![None; points.len()];
     for (component, finished) in components.list.iter().zip(&atlas.components) {
         let own = places(&component.mesh, &finished.uvs);
@@ -251,7 +252,7 @@ pub fn finish_cloud(
     }
     let of_point = |vertex: &Option<u32>| placed[(*vertex)? as usize];
     let uvs: Vec<Option<[f32; 2]>> = reconstruction.vertices.iter().map(of_point).collect();
-    FinishedCloud {
+    CloudLayout {
         unreached: uvs.iter().filter(|uv| uv.is_none()).count(),
         uvs: uvs
             .iter()

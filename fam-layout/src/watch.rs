@@ -3,17 +3,17 @@
 use std::ops::ControlFlow;
 use std::sync::{Mutex, PoisonError};
 
-use crate::{FinishProgress, Stage};
+use crate::{Progress, Stage};
 
 /// What is told of progress. It is not to wait for tasks of `rayon`: one of these may be waiting for it.
-pub type Observer<'a> = dyn FnMut(FinishProgress) -> ControlFlow<()> + Send + 'a;
+pub type Observer<'a> = dyn FnMut(Progress) -> ControlFlow<()> + Send + 'a;
 
 /// Passes on what is reached to who observes. Once they break off, nothing goes on any more.
 pub struct Watch<'a>(Mutex<State<'a>>);
 
 struct State<'a> {
     observe: &'a mut Observer<'a>,
-    now: FinishProgress,
+    now: Progress,
     going: bool,
 }
 
@@ -22,7 +22,7 @@ impl<'a> Watch<'a> {
     pub fn new(components: usize, observe: &'a mut Observer<'a>) -> Self {
         Self(Mutex::new(State {
             observe,
-            now: FinishProgress {
+            now: Progress {
                 component: 0,
                 components,
                 stage: Stage::Refine,
@@ -36,7 +36,7 @@ impl<'a> Watch<'a> {
     /// A stage of a component begins.
     pub fn enters(&self, component: usize, stage: Stage) {
         self.tell(|now| {
-            *now = FinishProgress {
+            *now = Progress {
                 component,
                 stage,
                 energy: f64::INFINITY,
@@ -56,7 +56,7 @@ impl<'a> Watch<'a> {
         self.tell(|_| {})
     }
 
-    fn tell(&self, change: impl FnOnce(&mut FinishProgress)) -> bool {
+    fn tell(&self, change: impl FnOnce(&mut Progress)) -> bool {
         let mut state = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         change(&mut state.now);
         let now = state.now;

@@ -1,6 +1,6 @@
 use std::time::{Duration, Instant};
 
-use fam_layout::{FinishProgress, Stage};
+use fam_layout::{Progress, Stage};
 
 use super::{Display, short};
 
@@ -27,7 +27,7 @@ impl FinishingProgress {
     }
 
     /// Often, whether there is something new or not.
-    pub fn show(&mut self, now: &FinishProgress) {
+    pub fn show(&mut self, now: &Progress) {
         match &self.display {
             Display::Silent => {}
             Display::Bar(bar) => {
@@ -54,7 +54,7 @@ impl FinishingProgress {
         }
     }
 
-    fn line(&self, now: &FinishProgress) -> String {
+    fn line(&self, now: &Progress) -> String {
         let time = short(self.started.elapsed());
         if now.stage == Stage::Pack {
             return format!("finishing  packing  {time}");

@@ -281,8 +281,7 @@ fn a_tube_is_opened_where_the_network_tore_it() {
             [turn as f32, p[2] as f32 / PI as f32]
         };
         let task = Task {
-            guidance: super::Guidance::Tears,
-            raw: &unrolled,
+            map: Some(&unrolled),
             ..Task::default()
         };
         let outcome = task.run(&tube);

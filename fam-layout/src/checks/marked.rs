@@ -72,8 +72,7 @@ fn a_slit_in_a_sheet_stays_open() {
     assert_eq!(slit.len(), 4);
     let task = Task {
         wanted: &slit,
-        guidance: super::Guidance::Tears,
-        raw: &|p| [p[0] as f32, p[1] as f32],
+        map: Some(&|p| [p[0] as f32, p[1] as f32]),
         ..Task::default()
     };
     let outcome = task.run(&sheet);

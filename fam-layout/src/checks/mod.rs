@@ -12,9 +12,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use robust::{Coord, orient2d};
 
 use crate::patch::topology::Topology;
-use crate::{
-    FinishConfig, FinishProgress, Finished, FinishedAtlas, Guidance, Marks, Unfinished, finish,
-};
+use crate::{ComponentLayout, LayoutConfig, Marks, MeshInput, MeshLayout, Progress, lay_out};
 use fam_surface::metrics::{Metrics, for_each_overlapping_pair, seam_edges};
 use fam_surface::vector::{length, sub};
 use fam_surface::{Component, Components, Edges, TriangleMesh, UvMap};
@@ -23,30 +21,28 @@ use fam_surface::{Component, Components, Edges, TriangleMesh, UvMap};
 struct Outcome {
     mesh: TriangleMesh,
     components: Components,
-    atlas: FinishedAtlas,
+    atlas: MeshLayout,
     uv: UvMap,
     marks: Marks,
 }
 
-/// What a mesh is finished with; the raw map is `raw(position)` at every vertex.
+/// What a mesh is laid out with; the map, if any, is `map(position)` at every vertex.
 struct Task<'a> {
-    config: FinishConfig,
-    guidance: Guidance,
-    raw: &'a dyn Fn([f64; 3]) -> [f32; 2],
+    config: LayoutConfig,
+    map: Option<&'a dyn Fn([f64; 3]) -> [f32; 2]>,
     labels: &'a [u32],
     squares: &'a [u32],
     wanted: &'a [[u32; 2]],
     forbidden: &'a [[u32; 2]],
     diagonals: &'a [[u32; 2]],
-    observe: &'a (dyn Fn(FinishProgress) -> ControlFlow<()> + Sync),
+    observe: &'a (dyn Fn(Progress) -> ControlFlow<()> + Sync),
 }
 
 impl Default for Task<'_> {
     fn default() -> Self {
         Self {
-            config: FinishConfig::default(),
-            guidance: Guidance::None,
-            raw: &|_| [0.0; 2],
+            config: LayoutConfig::default(),
+            map: None,
             labels: &[],
             squares: &[],
             wanted: &[],
@@ -61,9 +57,9 @@ impl Task<'_> {
     /// With another distortion bound.
     fn within(bound: f64) -> Self {
         Self {
-            config: FinishConfig {
+            config: LayoutConfig {
                 distortion_bound: bound,
-                ..FinishConfig::default()
+                ..LayoutConfig::default()
             },
             ..Self::default()
         }
@@ -78,24 +74,22 @@ impl Task<'_> {
 
     fn run_unchecked(&self, mesh: &TriangleMesh) -> Outcome {
         let components = Components::of(mesh, self.labels).unwrap();
-        let of_vertex = |&v: &u32| (self.raw)(mesh.positions()[v as usize]);
-        let raw: Vec<Vec<[f32; 2]>> = components
-            .list
-            .iter()
-            .map(|component| component.vertices.iter().map(of_vertex).collect())
-            .collect();
+        let map: Option<Vec<Vec<[f32; 2]>>> = self.map.map(|map| {
+            let of_vertex = |&v: &u32| map(mesh.positions()[v as usize]);
+            let of_component = |c: &Component| c.vertices.iter().map(of_vertex).collect();
+            components.list.iter().map(of_component).collect()
+        });
         let observe = &mut |progress| (self.observe)(progress);
         let edges = Edges::of(mesh);
         let marks =
             Marks::new(&edges, self.wanted, self.forbidden).with_diagonals(&edges, self.diagonals);
-        let unfinished = Unfinished {
+        let unfinished = MeshInput {
             components: &components,
-            raw: &raw,
-            guidance: self.guidance,
+            map: map.as_deref(),
             squares: self.squares,
             marks: &marks,
         };
-        let atlas = finish(&self.config, &unfinished, observe);
+        let atlas = lay_out(&self.config, &unfinished, observe);
         let maps: Vec<UvMap> = atlas.components.iter().map(|f| f.uvs.clone()).collect();
         let uv = components.uv_map(&maps).unwrap();
         Outcome {
@@ -112,7 +106,7 @@ impl Task<'_> {
 fn breaking_off(
     rounds: usize,
     seen: &AtomicUsize,
-) -> impl Fn(FinishProgress) -> ControlFlow<()> + Sync + '_ {
+) -> impl Fn(Progress) -> ControlFlow<()> + Sync + '_ {
     move |_| match seen.fetch_add(1, Ordering::Relaxed) >= rounds {
         true => ControlFlow::Break(()),
         false => ControlFlow::Continue(()),
@@ -226,7 +220,7 @@ impl Outcome {
 }
 
 /// The length of the seams is what it is told to be.
-fn check_seams(mesh: &TriangleMesh, finished: &Finished) {
+fn check_seams(mesh: &TriangleMesh, finished: &ComponentLayout) {
     let sides = seam_edges(mesh, &finished.uvs).unwrap();
     let along = |edge: &[u32; 2]| {
         let [a, b] = edge.map(|v| mesh.positions()[v as usize]);
@@ -238,7 +232,7 @@ fn check_seams(mesh: &TriangleMesh, finished: &Finished) {
 }
 
 /// Every wanted edge inside of a component is cut.
-fn check_wanted(component: &Component, finished: &Finished, marks: &Marks) {
+fn check_wanted(component: &Component, finished: &ComponentLayout, marks: &Marks) {
     let mesh = &component.mesh;
     let seams = seam_edges(mesh, &finished.uvs).unwrap();
     let place = |edge: &[u32; 2]| {

@@ -4,7 +4,6 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
 use super::{Task, smoothed, subdivided, together};
-use crate::Guidance;
 use crate::cut::test_surfaces::cubes;
 use fam_surface::TriangleMesh;
 
@@ -123,8 +122,7 @@ fn torn_surfaces_do_no_harm() {
         let seed = random.random_range(1.0..100.0);
         let raw = |p: [f64; 3]| [0, 1].map(|k| (seed * p[k] + p[2]).sin() as f32);
         let task = Task {
-            guidance: Guidance::Tears,
-            raw: &raw,
+            map: Some(&raw),
             ..Task::default()
         };
         task.run(&mesh);

@@ -5,7 +5,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::{Task, breaking_off, moved, together};
-use crate::{FinishConfig, Guidance, Stage};
+use crate::{LayoutConfig, Stage};
 use fam_surface::TriangleMesh;
 use fam_surface::shapes::{cube, moebius_strip, open_cylinder, rectangle, sphere, torus};
 
@@ -162,8 +162,7 @@ fn nonsense_from_the_network_does_no_harm() {
         }];
     for raw in raws {
         let task = Task {
-            guidance: Guidance::Tears,
-            raw,
+            map: Some(raw),
             ..Task::default()
         };
         let outcome = task.run(&torus(1.0, 0.4, 16, 9));
@@ -186,8 +185,7 @@ fn a_faithful_map_in_any_guise_is_taken() {
     ] {
         let linear = |p: [f64; 3]| [(a * p[0] + b * p[1]) as f32, (c * p[0] + d * p[1]) as f32];
         let task = Task {
-            guidance: Guidance::Tears,
-            raw: &linear,
+            map: Some(&linear),
             ..Task::default()
         };
         let outcome = task.run(&sheet);
@@ -266,8 +264,7 @@ fn the_same_input_has_the_same_result() {
     let mesh = torus(1.0, 0.5, 18, 9);
     let unrolled = |p: [f64; 3]| [p[1].atan2(p[0]) as f32, p[2] as f32];
     let task = Task {
-        guidance: Guidance::Tears,
-        raw: &unrolled,
+        map: Some(&unrolled),
         ..Task::default()
     };
     let (one, other) = (task.run(&mesh), task.run(&mesh));
@@ -304,7 +301,7 @@ fn every_square_is_filled_on_its_own() {
 #[test]
 fn charts_keep_the_winding_of_the_mesh() {
     let outcome = Task {
-        config: FinishConfig::default(),
+        config: LayoutConfig::default(),
         ..Task::default()
     }
     .run(&cube(4));

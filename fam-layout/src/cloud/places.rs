@@ -61,7 +61,7 @@ mod tests {
     use rand_pcg::Pcg64;
 
     use super::*;
-    use crate::{FinishConfig, Guidance, Marks, Unfinished, finish};
+    use crate::{LayoutConfig, Marks, MeshInput, lay_out};
     use fam_surface::metrics::seam_edges;
     use fam_surface::{Components, shapes};
 
@@ -81,16 +81,14 @@ mod tests {
             let mesh = TriangleMesh::new(mesh.positions().to_vec(), triangles).unwrap();
             let components = Components::of(&mesh, &[]).unwrap();
             let component = &components.list[0].mesh;
-            let raw = [vec![[0.0; 2]; component.positions().len()]];
             let going = &mut |_| ControlFlow::Continue(());
-            let unfinished = Unfinished {
+            let unfinished = MeshInput {
                 components: &components,
-                raw: &raw,
-                guidance: Guidance::None,
+                map: None,
                 squares: &[],
                 marks: &Marks::default(),
             };
-            let atlas = finish(&FinishConfig::default(), &unfinished, going);
+            let atlas = lay_out(&LayoutConfig::default(), &unfinished, going);
             let uvs = &atlas.components[0].uvs;
             let places = places(component, uvs);
             let is_torn = |t: &usize| {

@@ -5,7 +5,7 @@ use rand_pcg::Pcg64;
 
 use super::Reconstruction;
 use crate::patch::topology::Topology;
-use crate::{FinishConfig, finish_cloud};
+use crate::{LayoutConfig, lay_out_cloud};
 use fam_surface::vector::{add, cross, dot, length, scale, sub};
 use fam_surface::{Components, SurfaceError, TriangleMesh, shapes};
 
@@ -136,7 +136,7 @@ fn clouds_are_finished_with_little_distortion() {
     let bust = jittered(&shapes::bust(0.2), 13);
     let going = &mut |_| ControlFlow::Continue(());
     let raw = flat(bust.positions());
-    let cloud = finish_cloud(&FinishConfig::default(), bust.positions(), &raw, going);
+    let cloud = lay_out_cloud(&LayoutConfig::default(), bust.positions(), &raw, going);
     assert_eq!(cloud.unreached, 0);
     let angle = |[a, b, c]: [[f64; 3]; 3]| {
         let (u, v) = (sub(b, a), sub(c, a));

@@ -5,7 +5,7 @@ use std::time::Instant;
 use burn::tensor::backend::AutodiffBackend;
 use fam_core::atlas::Atlas;
 use fam_core::training::{Strategies, TrainingConfig};
-use fam_layout::{FinishConfig, Guidance, Unfinished};
+use fam_layout::{LayoutConfig, MeshInput};
 use fam_surface::metrics::Metrics;
 use fam_surface::seams::SeamRule;
 use fam_surface::{Components, Surface, SurfaceError, TriangleMesh, UvMap};
@@ -118,15 +118,16 @@ impl Trial<'_> {
             finishing_seconds: None,
             metrics: measure(&components.vertex_maps(&raw.uvs)?)?,
         }];
-        let default = FinishConfig::default();
-        let tight = FinishConfig {
+        let default = LayoutConfig::default();
+        let tight = LayoutConfig {
             distortion_bound: TIGHT_BOUND,
             ..default.clone()
         };
-        for (layout, config, guidance) in [
-            ("finished".to_string(), &default, Guidance::Tears),
-            ("without guidance".to_string(), &default, Guidance::None),
-            (format!("bound {TIGHT_BOUND}"), &tight, Guidance::Tears),
+        let guided = Some(raw.uvs.as_slice());
+        for (layout, config, map) in [
+            ("finished".to_string(), &default, guided),
+            ("without guidance".to_string(), &default, None),
+            (format!("bound {TIGHT_BOUND}"), &tight, guided),
         ] {
             let stop = Stop {
                 interrupt: self.stop,
@@ -134,10 +135,9 @@ impl Trial<'_> {
             };
             let watched = Watched::new(self.quiet, stop);
             let started = Instant::now();
-            let unfinished = Unfinished {
+            let unfinished = MeshInput {
                 components,
-                raw: &raw.uvs,
-                guidance,
+                map,
                 squares: &[],
                 marks: &marked.marks,
             };

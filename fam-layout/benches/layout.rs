@@ -1,12 +1,12 @@
-//! Finishing, by the size of the mesh: `cargo bench -p fam-layout --bench finishing`.
+//! Laying out, by the size of the mesh: `cargo bench -p fam-layout --bench layout`.
 //!
 //! The largest takes minutes; name a size to run only that, for example
-//! `cargo bench -p fam-layout --bench finishing -- 10000`.
+//! `cargo bench -p fam-layout --bench layout -- 10000`.
 
 use std::ops::ControlFlow;
 
 use divan::Bencher;
-use fam_layout::{FinishConfig, Guidance, Marks, Unfinished, finish};
+use fam_layout::{LayoutConfig, Marks, MeshInput, lay_out};
 use fam_surface::{Components, shapes};
 
 #[global_allocator]
@@ -22,21 +22,15 @@ fn bust(bencher: Bencher, triangles: u32) {
     // One of spacing 0.05 has 11,588 triangles.
     let spacing = 0.05 * (11_588.0 / f64::from(triangles)).sqrt();
     let components = Components::of(&shapes::bust(spacing), &[]).expect("a bust is a valid mesh");
-    let raw: Vec<Vec<[f32; 2]>> = components
-        .list
-        .iter()
-        .map(|component| vec![[0.0; 2]; component.mesh.positions().len()])
-        .collect();
     let marks = Marks::default();
-    let unfinished = Unfinished {
+    let unfinished = MeshInput {
         components: &components,
-        raw: &raw,
-        guidance: Guidance::None,
+        map: None,
         squares: &[],
         marks: &marks,
     };
     bencher.bench(|| {
-        finish(&FinishConfig::default(), &unfinished, &mut |_| {
+        lay_out(&LayoutConfig::default(), &unfinished, &mut |_| {
             ControlFlow::Continue(())
         })
     });
