@@ -11,6 +11,8 @@ use clap::{Args, Parser, Subcommand};
 
 pub use bench::Bench;
 pub use evaluate::Evaluate;
+#[cfg(test)]
+pub use names::FinishName;
 pub use names::{BackendName, Preset, name_of};
 pub use unwrap::Unwrap;
 

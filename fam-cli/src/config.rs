@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use clap::ValueEnum;
+use fam::{FinishMode, Method, Unwrapped, Used};
 use fam_core::training::TrainingConfig;
 use fam_layout::LayoutConfig;
 use serde::{Deserialize, Serialize};
@@ -14,6 +14,7 @@ use crate::failure::Failure;
 /// What a file with a configuration holds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Config {
+    pub method: Method,
     #[serde(flatten)]
     pub training: TrainingConfig,
     pub finish: Finishing,
@@ -27,18 +28,11 @@ pub struct Finishing {
     pub config: LayoutConfig,
 }
 
-/// Whether a map is finished.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum FinishMode {
-    Full,
-    None,
-}
-
 impl Config {
     /// The configuration of a preset.
     pub fn of(preset: Preset) -> Self {
         Self {
+            method: Method::Auto,
             training: match preset {
                 Preset::Fast => TrainingConfig::fast(),
                 Preset::Paper => TrainingConfig::paper(),
@@ -59,17 +53,51 @@ impl Config {
         }
     }
 
-    /// The TOML text that `--config` reads.
-    pub fn to_toml(&self) -> Result<String, Failure> {
-        toml::to_string(self).map_err(Failure::input)
+    /// The configuration with training as it was planned.
+    pub fn as_used<M>(&self, unwrapped: &Unwrapped<M>) -> Self {
+        let training = unwrapped.training.as_ref();
+        Self {
+            training: training.map_or(&self.training, |one| &one.config).clone(),
+            ..self.clone()
+        }
     }
+
+    /// The TOML text that `--config` reads, of what a method made use of.
+    pub fn to_toml(&self, used: Used) -> Result<String, Failure> {
+        match used {
+            Used::Neural => toml::to_string(&Self {
+                method: Method::Neural,
+                ..self.clone()
+            }),
+            Used::Direct => toml::to_string(&Untrained {
+                method: Method::Direct,
+                finish: &self.finish,
+            }),
+        }
+        .map_err(Failure::input)
+    }
+}
+
+/// A configuration without training.
+#[derive(Serialize)]
+struct Untrained<'a> {
+    method: Method,
+    finish: &'a Finishing,
 }
 
 /// The configuration that the command line asks for.
 pub fn resolve(arguments: &Unwrap) -> Result<Config, Failure> {
-    let mut all = Config::of(arguments.preset);
+    let mut all = Config::of(arguments.preset.unwrap_or(Preset::Fast));
+    let mut asks_for_networks = asks_for_networks(arguments);
     if let Some(path) = &arguments.config {
-        all = overridden(all, path)?;
+        let (config, has_training) = overridden(all, path)?;
+        all = config;
+        asks_for_networks |= has_training;
+    }
+    if let Some(method) = arguments.method {
+        all.method = method.into();
+    } else if all.method == Method::Auto && asks_for_networks {
+        all.method = Method::Neural;
     }
     let config = &mut all.training;
     if let Some(points) = arguments.points {
@@ -101,7 +129,7 @@ pub fn resolve(arguments: &Unwrap) -> Result<Config, Failure> {
     }
     let finish = &mut all.finish;
     if let Some(mode) = arguments.finish {
-        finish.mode = mode;
+        finish.mode = mode.into();
     }
     if let Some(bound) = arguments.distortion_bound {
         finish.config.distortion_bound = bound;
@@ -121,25 +149,46 @@ pub fn resolve(arguments: &Unwrap) -> Result<Config, Failure> {
     all.checked()
 }
 
-fn overridden(config: Config, path: &Path) -> Result<Config, Failure> {
+/// Whether an option asks for what only networks have.
+fn asks_for_networks(arguments: &Unwrap) -> bool {
+    arguments.preset.is_some()
+        || arguments.points.is_some()
+        || arguments.iterations.is_some()
+        || arguments.starts.is_some()
+        || arguments.jacobian.is_some()
+        || arguments.objective.is_some()
+        || arguments.sampling.is_some()
+        || arguments.without.is_some()
+        || arguments.no_normals
+        || arguments.finish.map(FinishMode::from) == Some(FinishMode::None)
+}
+
+/// A configuration with what a file says, and whether that has training in it.
+fn overridden(config: Config, path: &Path) -> Result<(Config, bool), Failure> {
     let fail = |reason: String| Failure::input(format!("{}: {reason}", path.display()));
     let text = std::fs::read_to_string(path).map_err(|error| fail(error.to_string()))?;
     over(config, &text).map_err(fail)
 }
 
-/// A configuration with what a TOML text says. If the text is a whole configuration, what it leaves
-/// out is not that of `config`: it was written before there was such a thing, and means without.
-fn over(config: Config, text: &str) -> Result<Config, String> {
+/// A configuration with what a TOML text says, and whether the text has training in it. If the text
+/// is a whole configuration, what it leaves out is not that of `config`: it was written before
+/// there was such a thing, and means without.
+fn over(config: Config, text: &str) -> Result<(Config, bool), String> {
     // The parser's own display quotes the source over several lines.
     let plain = |error: toml::de::Error| one_line(error.message());
     let file: Table = toml::from_str(text).map_err(plain)?;
     let mut base = Table::try_from(&config).map_err(|error| error.to_string())?;
-    let whole = file.clone().try_into::<Config>();
+    // Those written before there were methods are of trained networks.
+    let mut named = file.clone();
+    named.entry("method").or_insert_with(|| "neural".into());
+    let whole = named.try_into::<Config>();
+    let has_training = file.keys().any(|key| key != "method" && key != "finish");
     merge(&mut base, file, "")?;
-    match whole {
-        Ok(whole) => Ok(whole),
-        Err(_) => base.try_into().map_err(plain),
-    }
+    let config = match whole {
+        Ok(whole) => whole,
+        Err(_) => base.try_into().map_err(plain)?,
+    };
+    Ok((config, has_training))
 }
 
 fn one_line(message: &str) -> String {
@@ -175,8 +224,9 @@ mod tests {
     /// That of an earlier version means what it meant then, whatever the preset.
     #[test]
     fn a_whole_configuration_is_no_mixture_with_a_preset() {
-        let text = Config::of(Preset::Paper).to_toml().unwrap();
+        let text = Config::of(Preset::Paper).to_toml(Used::Neural).unwrap();
         let later = [
+            "method",
             "opening",
             "starts",
             "optimizer",
@@ -186,14 +236,48 @@ mod tests {
         let is_later = |line: &&str| later.iter().any(|key| line.starts_with(key));
         let earlier: Vec<&str> = text.lines().filter(|line| !is_later(line)).collect();
         assert_eq!(earlier.len() + later.len(), text.lines().count());
-        let fast = || Config::of(Preset::Fast);
-        let mut paper = Config::of(Preset::Paper);
+        let neural = |preset| Config {
+            method: Method::Neural,
+            ..Config::of(preset)
+        };
+        let fast = || neural(Preset::Fast);
+        let mut paper = neural(Preset::Paper);
         paper.training.networks.unwrap_factor = None;
-        assert_eq!(over(fast(), &earlier.join("\n")), Ok(paper));
-        let written = Config::of(Preset::Fast).to_toml().unwrap();
-        assert_eq!(over(Config::of(Preset::Paper), &written), Ok(fast()));
+        assert_eq!(over(fast(), &earlier.join("\n")), Ok((paper, true)));
+        let written = Config::of(Preset::Fast).to_toml(Used::Neural).unwrap();
+        assert_eq!(
+            over(Config::of(Preset::Paper), &written),
+            Ok((fast(), true))
+        );
         let unknown = format!("none = 1\n{}", earlier.join("\n"));
         assert!(over(fast(), &unknown).is_err());
+    }
+
+    #[test]
+    fn only_training_asks_for_networks() {
+        let has_training = |text| over(Config::of(Preset::Fast), text).unwrap().1;
+        assert!(!has_training("[finish]\nmargin = 2\n"));
+        assert!(!has_training("method = \"auto\"\n"));
+        assert!(has_training("points = 77\n"));
+        assert!(has_training("[networks]\nwidth = 32\n"));
+        let resolved = |arguments: Unwrap| resolve(&arguments).unwrap().method;
+        assert_eq!(resolved(Unwrap::default()), Method::Auto);
+        let seeded = Unwrap {
+            seed: Some(3),
+            distortion_bound: Some(4.2),
+            ..Unwrap::default()
+        };
+        assert_eq!(resolved(seeded), Method::Auto);
+        let shorter = Unwrap {
+            iterations: Some(3),
+            ..Unwrap::default()
+        };
+        assert_eq!(resolved(shorter), Method::Neural);
+        let raw = Unwrap {
+            finish: Some(crate::args::FinishName::None),
+            ..Unwrap::default()
+        };
+        assert_eq!(resolved(raw), Method::Neural);
     }
 
     #[test]
@@ -235,7 +319,11 @@ mod tests {
         let mut config = Config::of(Preset::Paper);
         config.finish.mode = FinishMode::None;
         config.finish.config.distortion_bound = 4.03;
-        let text = config.to_toml().unwrap();
+        let text = config.to_toml(Used::Neural).unwrap();
+        config.method = Method::Neural;
         assert_eq!(toml::from_str::<Config>(&text).unwrap(), config);
+        let text = config.to_toml(Used::Direct).unwrap();
+        let (read, has_training) = over(Config::of(Preset::Fast), &text).unwrap();
+        assert!(!has_training && read.method == Method::Direct && read.finish == config.finish);
     }
 }

@@ -3,21 +3,17 @@
 mod args;
 mod backend;
 mod batch;
-mod budget;
 mod commands;
 mod config;
 mod failure;
-mod finish;
-mod flatten;
 mod inputs;
 mod interrupt;
 mod machine;
 mod marks;
 mod output;
+mod parting;
 mod progress;
-mod report;
-mod surface;
-mod warnings;
+mod time;
 
 use std::process::ExitCode;
 

@@ -7,7 +7,6 @@ use fam_io::Document;
 use fam_io::marks::MarkedEdges;
 use fam_layout::Marks;
 use fam_surface::{Edges, Surface, TriangleMesh};
-use serde::Serialize;
 
 use crate::args::Unwrap;
 use crate::failure::Failure;
@@ -34,16 +33,6 @@ pub struct Marked {
     /// Whether there are any of the user's.
     by_user: bool,
     /// Files of which some edges are none of the mesh, a sentence for each.
-    unmatched: Vec<String>,
-}
-
-/// What came of marks.
-#[derive(Debug, Clone, Serialize)]
-pub struct MarksReport {
-    wanted: usize,
-    forbidden: usize,
-    forbidden_cut: usize,
-    #[serde(skip)]
     unmatched: Vec<String>,
 }
 
@@ -151,15 +140,9 @@ impl Marked {
         self.by_user.then(summary)
     }
 
-    /// What came of the user's marks, if there are any, on a mesh with these seams.
-    pub fn report(&self, seams: &[[u32; 2]]) -> Option<MarksReport> {
-        let report = || MarksReport {
-            wanted: self.marks.wanted().len(),
-            forbidden: self.marks.forbidden().len(),
-            forbidden_cut: self.marks.forbidden_among(seams),
-            unmatched: self.unmatched.clone(),
-        };
-        self.by_user.then(report)
+    /// A sentence for each file of which some edges are none of the mesh.
+    pub fn unmatched(&self) -> &[String] {
+        &self.unmatched
     }
 }
 
@@ -179,20 +162,4 @@ fn marks(
     }
     let edges = Edges::of(mesh);
     Marks::new(&edges, wanted, forbidden).with_diagonals(&edges, diagonals)
-}
-
-impl MarksReport {
-    /// Whether seams are wanted somewhere.
-    pub fn wants_seams(&self) -> bool {
-        self.wanted > 0
-    }
-
-    /// What the user has to know.
-    pub fn warnings(&self) -> Vec<String> {
-        let cut = (self.forbidden_cut > 0).then(|| {
-            let (cut, all) = (self.forbidden_cut, self.forbidden);
-            format!("forbidden edges that are cut: {cut} of {all}")
-        });
-        self.unmatched.iter().cloned().chain(cut).collect()
-    }
 }

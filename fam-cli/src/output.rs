@@ -1,20 +1,17 @@
 //! The folder that `unwrap` writes.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+use fam::{Parting, Report, Unwrapped, Uvs, in_a_row};
 use fam_io::atomic::write_atomically;
 use fam_io::picture::{self, Flattened as Drawn, encode_png, preview_picture, uv_picture};
 use fam_io::seams::{Threshold, write_seams_json, write_seams_obj};
-use fam_io::{Document, Format, Uvs, WriteOptions};
-use fam_surface::metrics::Metrics;
-use fam_surface::{Surface, SurfaceError, TriangleMesh, UvMap};
+use fam_io::{Document, Format, WriteOptions};
+use fam_surface::Surface;
 use serde::Serialize;
 
 use crate::failure::Failure;
-use crate::finish::{Layout, Outcome};
-use crate::flatten::Flattened;
-use crate::report::{Measured, Report};
-use crate::surface::Parting;
 
 /// Side of uv.png in pixels.
 const UV_PICTURE_SIDE: u32 = 1024;
@@ -22,10 +19,12 @@ const UV_PICTURE_SIDE: u32 = 1024;
 /// Name of the report, which is written last: where it is, the folder is complete.
 const REPORT: &str = "metrics.json";
 
+/// The trained networks, where any were trained.
+const MODEL: &str = "model.safetensors";
+
 /// The other files beside the mesh or cloud.
-const SIDE_FILES: [&str; 6] = [
+const SIDE_FILES: [&str; 5] = [
     "config.toml",
-    "model.safetensors",
     "preview.png",
     "seams.json",
     "seams.obj",
@@ -49,15 +48,26 @@ pub struct Output {
     pub seam_lines: bool,
 }
 
-/// A flattened surface and how it came about.
+/// An unwrapped surface and how it came about.
 pub struct Results<'a> {
     pub document: &'a Document,
     pub parting: &'a Parting,
-    pub flattened: &'a Flattened,
-    pub layout: &'a Layout,
+    /// With the bytes of the trained model.
+    pub unwrapped: &'a Unwrapped<Vec<u8>>,
+    /// What the report says of it.
+    pub report: &'a Report,
     pub config_toml: &'a str,
     /// Of a run that came to its end.
     pub fingerprint: Option<&'a str>,
+}
+
+/// metrics.json.
+#[derive(Serialize)]
+struct Metrics<'a> {
+    #[serde(flatten)]
+    report: &'a Report,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fingerprint: Option<&'a str>,
 }
 
 impl Output {
@@ -103,10 +113,11 @@ impl Output {
 
     /// Whether the folder holds the complete results of a run with this fingerprint.
     pub fn is_done(&self, fingerprint: &str) -> bool {
-        let complete = SIDE_FILES
-            .iter()
-            .all(|name| self.folder.join(name).exists());
-        complete && self.file().exists() && self.report()["fingerprint"] == fingerprint
+        let exists = |name: &str| self.folder.join(name).exists();
+        let report = self.report();
+        let has_model = exists(MODEL) || report["method"] == "direct";
+        let complete = has_model && SIDE_FILES.iter().all(|name| exists(name));
+        complete && self.file().exists() && report["fingerprint"] == fingerprint
     }
 
     /// The report that is there.
@@ -132,23 +143,23 @@ impl Output {
     }
 
     /// Writes every file of the folder, each whole or not at all, and the report last.
-    pub fn write(&self, results: &Results) -> Result<Report, Failure> {
+    pub fn write(&self, results: &Results) -> Result<(), Failure> {
         self.invalidate()?;
-        let layout = results.layout;
+        let unwrapped = results.unwrapped;
         let surface = results.document.surface();
         let options = WriteOptions {
             seam_lines: if self.seam_lines {
-                layout.seams.edges.clone()
+                unwrapped.seams.edges.clone()
             } else {
                 Vec::new()
             },
             ..self.options.clone()
         };
         let drawn_seams = picture::Seams {
-            points: &layout.seams.points,
-            edges: &layout.seams.edges,
+            points: &unwrapped.seams.points,
+            edges: &unwrapped.seams.edges,
         };
-        let (measured, uv_png, preview_png) = match (surface, &layout.uvs) {
+        let (uv_png, preview_png) = match (surface, &unwrapped.uvs) {
             (Surface::Mesh(mesh), Uvs::Mesh(map)) => {
                 results
                     .document
@@ -157,7 +168,6 @@ impl Output {
                 let row = in_a_row(map, results.parting).map_err(Failure::work)?;
                 let drawn = Drawn::Mesh(mesh, &row);
                 (
-                    Some(measure(mesh, &row, results).map_err(Failure::work)?),
                     uv_picture(drawn, UV_PICTURE_SIDE),
                     preview_picture(drawn, drawn_seams),
                 )
@@ -169,28 +179,47 @@ impl Output {
                     .map_err(Failure::work)?;
                 let drawn = Drawn::Cloud(cloud, uvs);
                 (
-                    None,
                     uv_picture(drawn, UV_PICTURE_SIDE),
                     preview_picture(drawn, drawn_seams),
                 )
             }
             _ => return Err(Failure::work("the UVs are of another kind of surface")),
         };
-        let report = Report::new(results, measured);
-        self.write_seams(surface, layout)?;
-        self.save("model.safetensors", &results.flattened.model)?;
+        self.write_seams(surface, unwrapped)?;
+        self.save_model(unwrapped)?;
         self.save("config.toml", results.config_toml.as_bytes())?;
         self.save("uv.png", &encode_png(&uv_png).map_err(Failure::work)?)?;
         self.save(
             "preview.png",
             &encode_png(&preview_png).map_err(Failure::work)?,
         )?;
-        self.save_json(REPORT, &report)?;
-        Ok(report)
+        self.save_json(
+            REPORT,
+            &Metrics {
+                report: results.report,
+                fingerprint: results.fingerprint,
+            },
+        )
     }
 
-    fn write_seams(&self, surface: &Surface, layout: &Layout) -> Result<(), Failure> {
-        let thresholds: Vec<Option<Threshold>> = layout
+    /// Writes the trained networks. Without any, those of an earlier run go: they would not belong
+    /// to the UVs beside them.
+    fn save_model(&self, unwrapped: &Unwrapped<Vec<u8>>) -> Result<(), Failure> {
+        match &unwrapped.map {
+            Some(model) => self.save(MODEL, model),
+            None => match std::fs::remove_file(self.folder.join(MODEL)) {
+                Err(error) if error.kind() != ErrorKind::NotFound => Err(Failure::work(error)),
+                _ => Ok(()),
+            },
+        }
+    }
+
+    fn write_seams(
+        &self,
+        surface: &Surface,
+        unwrapped: &Unwrapped<Vec<u8>>,
+    ) -> Result<(), Failure> {
+        let thresholds: Vec<Option<Threshold>> = unwrapped
             .thresholds
             .iter()
             .map(|threshold| {
@@ -202,8 +231,8 @@ impl Output {
             .collect();
         let seams = fam_io::seams::Seams {
             positions: surface.positions(),
-            points: &layout.seams.points,
-            edges: &layout.seams.edges,
+            points: &unwrapped.seams.points,
+            edges: &unwrapped.seams.edges,
             thresholds: &thresholds,
         };
         write_seams_json(self.folder.join("seams.json"), &seams).map_err(Failure::work)?;
@@ -213,37 +242,4 @@ impl Output {
     fn save(&self, name: &str, bytes: &[u8]) -> Result<(), Failure> {
         write_atomically(self.folder.join(name), |out| out.write_all(bytes)).map_err(Failure::work)
     }
-}
-
-/// The metrics of a map and, if it was made of another, of that; UV squares side by side.
-fn measure(mesh: &TriangleMesh, row: &UvMap, results: &Results) -> Result<Measured, SurfaceError> {
-    let raw = results.layout.finished.as_ref().and_then(|finished| {
-        let Outcome::Mesh { raw, .. } = &finished.outcome else {
-            return None;
-        };
-        Some(in_a_row(raw, results.parting).and_then(|row| Metrics::measure(mesh, &row)))
-    });
-    Ok(Measured {
-        mesh: Metrics::measure(mesh, row)?,
-        raw: raw.transpose()?,
-    })
-}
-
-/// The map with its UV squares side by side, so that triangles of different squares do not count
-/// as overlapping.
-fn in_a_row(map: &UvMap, parting: &Parting) -> Result<UvMap, SurfaceError> {
-    if parting.uv_squares() == 1 {
-        return Ok(map.clone());
-    }
-    let mut uvs = map.uvs().to_vec();
-    let mut moved = vec![false; uvs.len()];
-    for (triangle, &label) in map.triangles().iter().zip(&parting.labels) {
-        for &corner in triangle {
-            let corner = corner as usize;
-            if !std::mem::replace(&mut moved[corner], true) {
-                uvs[corner][0] += parting.squares[label as usize] as f32;
-            }
-        }
-    }
-    UvMap::new(uvs, map.triangles().to_vec())
 }

@@ -9,10 +9,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::cycles::lattice;
 use crate::evaluation::Plain;
-use crate::neighbors::{nearest, rows};
+use crate::neighbors::rows;
 use crate::networks::FlattenAnything;
 use crate::training::{Ablation, TrainingConfig};
 use crate::weights::{self, NamedTensor, Naming, WeightsError};
+use fam_surface::neighbors::nearest;
 use fam_surface::{Normalization, Surface, TriangleMesh};
 
 /// Points evaluated at once: bounds memory to some tens of MB at the paper's widths.

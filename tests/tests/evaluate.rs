@@ -66,10 +66,7 @@ fn every_mesh_has_its_rows_and_a_failure_its_reason() {
     );
     assert!(found[0][1].starts_with("failed: ") && found[1][1].contains("point cloud"));
     let kinds: Vec<&str> = found[2..].iter().map(|[_, kind]| kind.as_str()).collect();
-    assert_eq!(
-        kinds,
-        ["raw map", "finished", "without guidance", "bound 4.03"]
-    );
+    assert_eq!(kinds, ["raw map", "finished", "direct", "bound 4.03"]);
     assert!(table.contains("*theirs*: a book") && table.contains(" 2 iterations"));
 
     let json: Value = serde_json::from_str(&run.stdout).unwrap();

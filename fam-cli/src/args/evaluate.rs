@@ -6,9 +6,9 @@ use super::names::{BackendName, Preset};
 
 /// A table of what training and finishing make of meshes.
 ///
-/// Every mesh is trained on once and finished three times: guided by the network's tears, without
-/// guidance (as if nothing were torn), and guided with a distortion bound of 4.03. The table, in
-/// Markdown, has a row for each and one for the raw map.
+/// Every mesh is trained on once and laid out three times: guided by the network's tears, directly
+/// (as `--method direct` does), and guided with a distortion bound of 4.03. The table, in Markdown,
+/// has a row for each and one for the raw map.
 ///
 /// Exit codes: 0 done, 1 a mesh failed (its row has the reason), 2 bad input or usage, 130
 /// interrupted (the table has what was done until then).

@@ -1,6 +1,7 @@
 //! What options may be set to.
 
 use clap::ValueEnum;
+use fam::{FinishMode, Method};
 use fam_core::jacobian::JacobianMode;
 use fam_core::losses::Objective;
 use fam_core::sampling::Sampling;
@@ -48,4 +49,6 @@ names!(JacobianName for JacobianMode { DoubleBackward, ForwardTangent });
 names!(ObjectiveName for Objective { Paper, Reference });
 names!(SamplingName for Sampling { PoissonDisk, Vertices });
 names!(Part for Ablation { DeformBranch, UnwrapBranch, CutNet });
+names!(FinishName for FinishMode { Full, None });
+names!(MethodName for Method { Auto, Direct, Neural });
 names!(SeamRuleName for SeamRule { Spacing, Paper });

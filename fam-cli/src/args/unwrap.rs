@@ -3,20 +3,20 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::names::{
-    BackendName, FormatName, JacobianName, ObjectiveName, Part, Preset, SamplingName, SeamRuleName,
+    BackendName, FinishName, FormatName, JacobianName, MethodName, ObjectiveName, Part, Preset,
+    SamplingName, SeamRuleName,
 };
-use crate::config::FinishMode;
 
-/// Train on a surface and write its UVs, seams, pictures and metrics.
+/// Write a surface with UVs, its seams, pictures and metrics.
 ///
-/// The map that training ends with is finished: cut along edges (those near the map's own tears
-/// first), flattened without flips and overlaps, cut further until the distortion is within its
-/// bound, and packed.
+/// A mesh is cut along edges, flattened without flips and overlaps, cut further until the
+/// distortion is within its bound, and packed. Networks are trained first where --method says so:
+/// for point clouds, and for maps that give UVs to any point. Cuts follow the tears of their map.
 ///
 /// Reads GLB, glTF, OBJ, OFF, PLY, STL and XYZ, whatever the extension says; files without
 /// faces are point clouds. Writes a folder with the input and its UVs, seams.json and
-/// seams.obj, metrics.json, model.safetensors (for `fam map`), config.toml (for --config),
-/// uv.png and preview.png. Ctrl-C stops training or finishing early and still writes all of them.
+/// seams.obj, metrics.json, config.toml (for --config), model.safetensors (trained networks),
+/// uv.png and preview.png. Ctrl-C stops early and still writes all of them.
 ///
 /// Several inputs, a folder or a pattern are a batch: every file is tried and gets a folder of
 /// its own, and a table says what came of each. Started again, it skips what is done.
@@ -59,10 +59,20 @@ pub struct Unwrap {
     #[arg(long)]
     pub force: bool,
 
-    /// Where the configuration starts from: `fast` takes half a minute on a CPU, `paper` is
-    /// the paper's (hours on a CPU)
-    #[arg(long, value_enum, default_value_t = Preset::Fast)]
-    pub preset: Preset,
+    /// How UVs are made: `direct` lays a mesh out as it is, in seconds; `neural` trains the networks
+    /// of the paper first, as point clouds need it
+    ///
+    /// `auto` is direct for meshes. It is neural for point clouds, and where an option asks for what
+    /// only the networks have: --preset, --points, --iterations, --starts, --jacobian, --objective,
+    /// --sampling, --without, --no-normals, --finish none, or a --config with training in it. Only
+    /// with networks there is a model.safetensors, for `fam map`.
+    #[arg(long, value_enum)]
+    pub method: Option<MethodName>,
+
+    /// How networks are trained: `fast` takes half a minute on a CPU, `paper` is the paper's
+    /// configuration (hours on a CPU) [default: fast]
+    #[arg(long, value_enum)]
+    pub preset: Option<Preset>,
 
     /// TOML file that overrides the preset; a config.toml of an earlier run serves
     #[arg(long, value_name = "FILE.toml")]
@@ -80,14 +90,14 @@ pub struct Unwrap {
     #[arg(long, value_name = "N")]
     pub iterations: Option<usize>,
 
-    /// Plan training, and stop refining the layout, so that a file takes about so long: `30s`, `2m`
+    /// About how long a file may take: `30s`, `2m`. Seams are no longer shortened when it is over
     ///
-    /// Some steps are measured first. If there is time for more than those of the preset `fast`, its
+    /// Training is planned for it: some steps are measured first. If there is time for more than those of the preset `fast`, its
     /// networks and points grow from its own (others stay as they are); then the number of
     /// iterations is chosen. config.toml has all of it, and gives the same raw map again. Training
     /// takes at least 50 iterations, and the paper's 10,000 at most; where several starts would leave
     /// fewer than 200, there is a single one.
-    #[arg(long, value_name = "TIME", value_parser = crate::budget::duration, conflicts_with = "iterations")]
+    #[arg(long, value_name = "TIME", value_parser = crate::time::duration, conflicts_with = "iterations")]
     pub time_budget: Option<std::time::Duration>,
 
     /// Fresh weights to start from; once they have opened the surface, the best two go on, and one
@@ -130,7 +140,7 @@ pub struct Unwrap {
     /// What becomes of the map that training ends with: `full` finishes it, `none` leaves it as
     /// it is, with triangles smeared across its tears [default: full]
     #[arg(long, value_enum, help_heading = "Finishing")]
-    pub finish: Option<FinishMode>,
+    pub finish: Option<FinishName>,
 
     /// Distortion up to which seams are added: the mean symmetric Dirichlet energy, 4 for none at
     /// all [default: 4.1]
@@ -207,7 +217,8 @@ impl Default for Unwrap {
             seam_lines: false,
             per_material: false,
             force: false,
-            preset: Preset::Fast,
+            method: None,
+            preset: None,
             config: None,
             backend: BackendName::Auto,
             points: None,

@@ -3,6 +3,7 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use burn::tensor::backend::AutodiffBackend;
+use fam::Parting;
 use fam_core::atlas::Atlas;
 use fam_core::training::Strategies;
 use fam_io::{CloudStream, Format, StreamError, Uvs, WriteFault, WriteOptions};
@@ -12,7 +13,7 @@ use crate::args;
 use crate::backend::{Backend, Job};
 use crate::failure::Failure;
 use crate::interrupt::{INTERRUPTED, stop_on_interrupt};
-use crate::surface::Parting;
+use crate::parting::parting;
 
 /// UVs of a file's points from a trained model.
 pub fn map(arguments: &args::Map) -> Result<ExitCode, Failure> {
@@ -46,7 +47,7 @@ pub fn map(arguments: &args::Map) -> Result<ExitCode, Failure> {
         };
     }
     let document = fam_io::read_surface(&arguments.input).map_err(Failure::input)?;
-    let parting = Parting::of(document.labels(), arguments.per_material);
+    let parting = parting(document.labels(), arguments.per_material);
     let uvs = backend
         .run(Evaluate {
             model: &model,

@@ -2,6 +2,8 @@
 //! [`weights`](crate::weights), its landmarks `[L, 3]`, normalised by `frame`, as
 //! `<i>.landmarks`, and everything else as metadata.
 
+use std::sync::Arc;
+
 use burn::tensor::backend::Backend;
 use safetensors::tensor::SafeTensors;
 use serde::{Deserialize, Serialize};
@@ -12,7 +14,10 @@ use crate::weights::{self, WeightsError};
 use fam_surface::Normalization;
 
 /// Version of the metadata.
-const FORMAT_VERSION: u32 = 2;
+const FORMAT_VERSION: u32 = 3;
+
+/// The first that is still read; its maps are never shared.
+const FIRST_VERSION: u32 = 2;
 
 #[derive(Serialize, Deserialize)]
 struct Header {
@@ -34,6 +39,8 @@ struct ChartHeader {
 enum MapHeader {
     Projected(Projection),
     Trained(Metadata),
+    /// That of an earlier chart.
+    Shared(usize),
 }
 
 pub(super) fn write<B: Backend>(atlas: &Atlas<B>) -> Result<Vec<u8>, ModelFileError> {
@@ -49,8 +56,18 @@ pub(super) fn write<B: Backend>(atlas: &Atlas<B>) -> Result<Vec<u8>, ModelFileEr
         let map = match &chart.map {
             ComponentMap::Projected(projection) => MapHeader::Projected(*projection),
             ComponentMap::Trained(map) => {
-                tensors.extend(weights::tensors(map.model(), &format!("{i}.")));
-                MapHeader::Trained(map.metadata())
+                let same = |other: &Chart<B>| match &other.map {
+                    ComponentMap::Trained(other) => Arc::ptr_eq(other, map),
+                    ComponentMap::Projected(_) => false,
+                };
+                let first = atlas.charts[..i].iter().position(same);
+                match first {
+                    Some(first) => MapHeader::Shared(first),
+                    None => {
+                        tensors.extend(weights::tensors(map.model(), &format!("{i}.")));
+                        MapHeader::Trained(map.metadata())
+                    }
+                }
             }
         };
         if let Some(frame) = frame {
@@ -85,19 +102,18 @@ pub(super) fn read<B: Backend>(
     device: &B::Device,
 ) -> Result<Atlas<B>, ModelFileError> {
     let version: Version = read_metadata(bytes)?;
-    if version.version != FORMAT_VERSION {
+    if !(FIRST_VERSION..=FORMAT_VERSION).contains(&version.version) {
         let problem = format!("version {} of its format is not supported", version.version);
         return Err(ModelFileError::Metadata(problem));
     }
     let header: Header = read_metadata(bytes)?;
     let file = SafeTensors::deserialize(bytes).map_err(WeightsError::from)?;
     let frame = header.frame;
-    let charts = header
-        .charts
-        .into_iter()
-        .enumerate()
-        .map(|(i, header)| chart(&file, i, header, frame, device))
-        .collect::<Result<Vec<_>, _>>()?;
+    let mut charts = Vec::with_capacity(header.charts.len());
+    for (i, header) in header.charts.into_iter().enumerate() {
+        let chart = chart(&file, i, header, &charts, frame, device)?;
+        charts.push(chart);
+    }
     if charts.is_empty() {
         return Err(ModelFileError::Metadata("it holds no map".to_string()));
     }
@@ -113,6 +129,7 @@ fn chart<B: Backend>(
     file: &SafeTensors<'_>,
     i: usize,
     header: ChartHeader,
+    earlier: &[Chart<B>],
     frame: Option<Normalization>,
     device: &B::Device,
 ) -> Result<Chart<B>, ModelFileError> {
@@ -132,8 +149,15 @@ fn chart<B: Backend>(
         }
         MapHeader::Trained(metadata) => {
             let map = TrainedMap::from_file(file, &format!("{i}."), metadata, device)?;
-            ComponentMap::Trained(Box::new(map))
+            ComponentMap::Trained(Arc::new(map))
         }
+        MapHeader::Shared(first) => match earlier.get(first) {
+            Some(chart) => chart.map.clone(),
+            None => {
+                let problem = "a map is that of a chart that is not there".to_string();
+                return Err(ModelFileError::Metadata(problem));
+            }
+        },
     };
     let landmarks = match frame {
         None => Vec::new(),

@@ -1,11 +1,15 @@
+use std::collections::HashMap;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use burn::tensor::backend::{AutodiffBackend, Backend};
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
+use super::groups::{groups, joined};
 use super::layout::{side_by_side, texel_density};
 use super::{Atlas, Chart, ComponentMap, Placement, Projection};
+use crate::map::TrainedMap;
 use crate::sampling::poisson_disk;
 use crate::training::{Step, Strategies, Trainer, TrainingConfig, TrainingError};
 use fam_surface::seams::{SeamRule, SeamThreshold, Seams};
@@ -13,6 +17,10 @@ use fam_surface::{Component, Components, Surface, SurfaceError, TriangleMesh};
 
 /// Points of a component that tell it from the others when other points are mapped.
 const LANDMARKS: usize = 256;
+
+/// Of one of many components at least so many, and of all together not many more than this.
+const FEWEST_LANDMARKS: usize = 16;
+const MOST_LANDMARKS: usize = 25_600;
 
 /// Fewest points that a component is trained on: its share by area may be next to nothing.
 const FEWEST_POINTS: usize = 64;
@@ -30,9 +38,9 @@ pub struct Division<'a> {
 /// Where [`flatten`] is.
 #[derive(Debug, Clone, Copy)]
 pub struct Progress<'a> {
-    /// Which of the components to train, counting from 0.
+    /// Which of the groups of components that are trained together, counting from 0.
     pub component: usize,
-    /// How many components are trained.
+    /// How many groups there are.
     pub components: usize,
     /// Points of the iteration.
     pub points: usize,
@@ -49,12 +57,12 @@ pub struct Part {
     pub last: Option<Step>,
     /// Why training broke off, if it did; the map is that of the last good weights.
     pub error: Option<TrainingError>,
-    /// The points (normalised) that it was trained on; none if it was not.
-    sample: Vec<[f32; 3]>,
+    /// The points (normalised) that it was trained on, with others; none if it was not.
+    sample: Arc<[[f32; 3]]>,
 }
 
 /// A flattened surface, as the networks map it: [`Components::vertex_maps`] and
-/// [`Components::uv_map`] make one map of a mesh, [`finish`](crate::finish) a layout.
+/// [`Components::uv_map`] make one map of a mesh, `fam_layout` a layout.
 #[derive(Debug, Clone)]
 pub struct Flattened<B: Backend> {
     /// The maps.
@@ -73,8 +81,9 @@ pub struct Flattened<B: Backend> {
 /// Flattens a surface: every component on its own, all in the unit square (one for each of
 /// `division.squares`) at one texel density, their bounding boxes apart.
 ///
-/// Components share the configured number of points by their area, and are trained one after the
-/// other. `observe` is called after every step that is read; after it breaks off, the components
+/// Networks are trained for every large component and once for all small ones together; flat ones
+/// need none. They share the configured number of points by their area, and are trained one after
+/// the other. `observe` is called after every step that is read; after it breaks off, the networks
 /// that are left are trained until the first of theirs.
 ///
 /// # Errors
@@ -132,56 +141,52 @@ fn flatten_mesh<B: AutodiffBackend>(
     strategies: Strategies<B>,
     observe: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Flattened<B::InnerBackend>, TrainingError> {
-    if mesh.triangles().len() == 1 {
-        return Err(SurfaceError::TooSmall("it is a single triangle").into());
-    }
     let components = Components::of(mesh, division.labels)?;
     if components.conditioning.zero_area_triangles == mesh.triangles().len() {
         return Err(SurfaceError::TooSmall("its triangles have no area").into());
     }
-    let projections: Vec<Option<Projection>> = components
-        .list
+    let list = &components.list;
+    let mut maps: Vec<Option<(ComponentMap<B::InnerBackend>, Part)>> = list
         .iter()
-        .map(|component| Projection::of(&component.mesh))
+        .map(|component| {
+            let projection = Projection::of(&component.mesh)?;
+            Some((ComponentMap::Projected(projection), Part::untrained()))
+        })
         .collect();
-    let area = |component: &Component| component.mesh.triangle_areas().iter().sum::<f64>();
-    let trained = || {
-        let all = components.list.iter().zip(&projections);
-        all.filter(|(_, projection)| projection.is_none())
-            .map(|(component, _)| component)
-    };
-    let trained_area: f64 = trained().map(area).sum();
+    let trained: Vec<usize> = (0..list.len()).filter(|&i| maps[i].is_none()).collect();
+    let groups = groups(list, &trained);
+    let area = |&i: &usize| list[i].mesh.triangle_areas().iter().sum::<f64>();
+    let trained_area: f64 = trained.iter().map(area).sum();
     let mut job = Job::<B, _> {
         config,
         device,
         strategies,
         observe,
-        components: trained().count(),
+        components: groups.len(),
         started: 0,
         stopped: false,
     };
-    let mut maps = Vec::new();
-    let mut parts = Vec::new();
-    for (component, projection) in components.list.iter().zip(&projections) {
-        let (map, part) = match projection {
-            Some(projection) => (ComponentMap::Projected(*projection), Part::untrained()),
-            None => {
-                let share = area(component) / trained_area * config.points as f64;
-                let fewest = FEWEST_POINTS.min(config.points);
-                let points = (share.round() as usize).clamp(fewest, config.points);
-                match job.train(&Surface::Mesh(component.mesh.clone()), points) {
-                    // Next to nothing beside the others, for it has no area to speak of.
-                    Err(TrainingError::Surface(_)) if components.list.len() > 1 => {
-                        let projection = Projection::along_mean_normal(&component.mesh);
-                        (ComponentMap::Projected(projection), Part::untrained())
-                    }
-                    trained => trained?,
+    for group in &groups {
+        let share = group.iter().map(area).sum::<f64>() / trained_area * config.points as f64;
+        let fewest = FEWEST_POINTS.min(config.points);
+        let points = (share.round() as usize).clamp(fewest, config.points);
+        match job.train(&Surface::Mesh(joined(list, group)?), points) {
+            // Next to nothing beside the others, for it has no area to speak of.
+            Err(TrainingError::Surface(_)) if list.len() > 1 => {
+                for &i in group {
+                    let projection = Projection::along_mean_normal(&list[i].mesh);
+                    maps[i] = Some((ComponentMap::Projected(projection), Part::untrained()));
                 }
             }
-        };
-        maps.push(map);
-        parts.push(part);
+            trained => {
+                let (map, part) = trained?;
+                for &i in group {
+                    maps[i] = Some((map.clone(), part.clone()));
+                }
+            }
+        }
     }
+    let (maps, parts): (Vec<_>, Vec<_>) = maps.into_iter().flatten().unzip();
     let raw: Vec<Vec<[f32; 2]>> = maps
         .iter()
         .zip(&components.list)
@@ -193,6 +198,8 @@ fn flatten_mesh<B: AutodiffBackend>(
         .zip(&placements)
         .map(|(uvs, placement)| uvs.iter().map(|&q| placement.place(q)).collect())
         .collect();
+    // Enough to tell a component from others; fewer of each where there are many.
+    let count = (MOST_LANDMARKS / maps.len()).clamp(FEWEST_LANDMARKS, LANDMARKS);
     let several = maps.len() > 1;
     let charts = maps
         .into_iter()
@@ -202,7 +209,7 @@ fn flatten_mesh<B: AutodiffBackend>(
             map,
             placement,
             landmarks: if several {
-                landmarks(&component.mesh, config.seed)
+                landmarks(&component.mesh, count, config.seed)
             } else {
                 Vec::new()
             },
@@ -241,11 +248,11 @@ fn placements(components: &[Component], uvs: &[Vec<[f32; 2]>], squares: &[u32]) 
 }
 
 /// Points spread over a component; its vertices where it has no area.
-fn landmarks(mesh: &TriangleMesh, seed: u64) -> Vec<[f64; 3]> {
+fn landmarks(mesh: &TriangleMesh, count: usize, seed: u64) -> Vec<[f64; 3]> {
     let mut rng = Pcg64::seed_from_u64(seed);
-    match poisson_disk(mesh, LANDMARKS, &mut rng) {
+    match poisson_disk(mesh, count, &mut rng) {
         Ok(points) => points.into_iter().map(|point| point.position).collect(),
-        Err(_) => mesh.positions().iter().copied().take(LANDMARKS).collect(),
+        Err(_) => mesh.positions().iter().copied().take(count).collect(),
     }
 }
 
@@ -255,7 +262,7 @@ impl Part {
             points: 0,
             last: None,
             error: None,
-            sample: Vec::new(),
+            sample: Arc::new([]),
         }
     }
 }
@@ -300,7 +307,7 @@ impl<B: AutodiffBackend, F: FnMut(Progress) -> ControlFlow<()>> Job<'_, B, F> {
         });
         self.started += 1;
         let last = trainer.last_step().cloned();
-        let sample = trainer.sample().points;
+        let sample = trainer.sample().points.into();
         let (map, last_step) = trainer.finish(surface);
         // Weights that no step has changed have the losses of the first step.
         let part = Part {
@@ -309,7 +316,7 @@ impl<B: AutodiffBackend, F: FnMut(Progress) -> ControlFlow<()>> Job<'_, B, F> {
             error: outcome.err().or(last_step.err()),
             sample,
         };
-        Ok((ComponentMap::Trained(Box::new(map)), part))
+        Ok((ComponentMap::Trained(Arc::new(map)), part))
     }
 }
 
@@ -330,18 +337,25 @@ impl<B: Backend> Flattened<B> {
             edges: self.cuts.clone(),
         };
         let mut thresholds = Vec::new();
+        let mut of_map: HashMap<*const TrainedMap<B>, (SeamThreshold, f64)> = HashMap::new();
         for (i, (part, chart)) in self.parts.iter().zip(&self.atlas.charts).enumerate() {
             let ComponentMap::Trained(map) = &chart.map else {
                 thresholds.push(None);
                 continue;
             };
             let normalization = map.normalization();
-            let in_units: Vec<_> = part
-                .sample
-                .iter()
-                .map(|&p| normalization.invert(p))
-                .collect();
-            let threshold = SeamThreshold::of(rule, &part.sample, &chart.uvs(&in_units));
+            // Of components that share a map, it differs by their scales only.
+            let scale = f64::from(chart.placement.scale);
+            let (first, first_scale) = *of_map.entry(Arc::as_ptr(map)).or_insert_with(|| {
+                let sample = part.sample.iter();
+                let in_units: Vec<_> = sample.map(|&p| normalization.invert(p)).collect();
+                let uvs = chart.uvs(&in_units);
+                (SeamThreshold::of(rule, &part.sample, &uvs), scale)
+            });
+            let threshold = SeamThreshold {
+                distance: first.distance * (scale / first_scale),
+                ..first
+            };
             let component = self
                 .components
                 .as_ref()

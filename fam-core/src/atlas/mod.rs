@@ -1,14 +1,18 @@
 //! Surfaces of several components: one map each, all in one UV square.
 //!
-//! [`flatten`] takes a surface apart ([`Components`]), projects
-//! what is flat ([`Projection`]), trains a map on every other component, and lays all of them
+//! [`flatten`] takes a surface apart ([`Components`]), projects what is flat ([`Projection`]),
+//! trains a map on every large component and one on all small ones together, and lays all of them
 //! side by side at one texel density. Its result holds the [`Atlas`], which gives UVs of any
 //! points and is saved and loaded as a whole.
 
 mod file;
 mod flatten;
+mod groups;
 mod layout;
 mod projection;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use burn::tensor::backend::Backend;
 
@@ -25,8 +29,8 @@ use fam_surface::{Components, Normalization, SurfaceError, TriangleMesh, UvMap};
 pub enum ComponentMap<B: Backend> {
     /// Flat: projected to its plane.
     Projected(Projection),
-    /// Trained.
-    Trained(Box<TrainedMap<B>>),
+    /// Trained; components that were trained together share it.
+    Trained(Arc<TrainedMap<B>>),
 }
 
 impl<B: Backend> ComponentMap<B> {
@@ -65,10 +69,12 @@ impl<B: Backend> Chart<B> {
 impl<B: Backend> Atlas<B> {
     /// UVs of any points in input units; each by the map of the component nearest to it.
     pub fn uvs(&self, points: &[[f64; 3]]) -> Vec<[f32; 2]> {
-        let owners = self.nearest_charts(points);
+        let mut own: Vec<Vec<usize>> = vec![Vec::new(); self.charts.len()];
+        for (i, chart) in self.nearest_charts(points).into_iter().enumerate() {
+            own[chart].push(i);
+        }
         let mut uvs = vec![[0.0; 2]; points.len()];
-        for (c, chart) in self.charts.iter().enumerate() {
-            let own: Vec<usize> = (0..points.len()).filter(|&i| owners[i] == c).collect();
+        for (chart, own) in self.charts.iter().zip(own) {
             let positions: Vec<_> = own.iter().map(|&i| points[i]).collect();
             for (i, uv) in own.into_iter().zip(chart.uvs(&positions)) {
                 uvs[i] = uv;
@@ -91,18 +97,23 @@ impl<B: Backend> Atlas<B> {
     /// UVs of the vertices of a mesh's components, each by the map that is nearest to most of
     /// its vertices.
     pub fn component_uvs(&self, components: &Components) -> Vec<Vec<[f32; 2]>> {
-        components
-            .list
-            .iter()
-            .map(|component| {
-                let points = component.mesh.positions();
-                let mut votes = vec![0_usize; self.charts.len()];
-                self.nearest_charts(points)
-                    .into_iter()
-                    .for_each(|c| votes[c] += 1);
-                let most = votes.iter().max().copied().unwrap_or(0);
-                let winner = votes.iter().position(|&v| v == most).unwrap_or(0);
-                self.charts[winner].uvs(points)
+        let meshes = components.list.iter().map(|component| &component.mesh);
+        let points: Vec<[f64; 3]> = meshes
+            .clone()
+            .flat_map(|m| m.positions())
+            .copied()
+            .collect();
+        let mut nearest = self.nearest_charts(&points).into_iter();
+        meshes
+            .map(|mesh| {
+                let points = mesh.positions();
+                let mut votes: BTreeMap<usize, usize> = BTreeMap::new();
+                for chart in nearest.by_ref().take(points.len()) {
+                    *votes.entry(chart).or_default() += 1;
+                }
+                let most = votes.values().max().copied().unwrap_or(0);
+                let winner = votes.iter().find(|(_, votes)| **votes == most);
+                self.charts[winner.map_or(0, |(chart, _)| *chart)].uvs(points)
             })
             .collect()
     }

@@ -211,3 +211,29 @@ fn a_cloud_is_one_component() {
     assert_eq!(flattened.uvs[0].len(), 160);
     assert_eq!(flattened.atlas.uvs(surface.positions()), flattened.uvs[0]);
 }
+
+#[test]
+fn small_components_are_trained_together_and_share_one_map() {
+    let torus = shapes::torus(1.0, 0.4, 16, 10);
+    let mesh = joined(&vec![torus.clone(); 5]);
+    let mut trainings = Vec::new();
+    let flattened = run(&mesh, Division::default(), |now| {
+        trainings.push((now.component, now.components));
+        ControlFlow::Continue(())
+    });
+    trainings.dedup();
+    assert_eq!(trainings, [(0, 1)]);
+    let boxes: Vec<_> = flattened.uvs.iter().map(|uvs| bounds(uvs)).collect();
+    for (i, a) in boxes.iter().enumerate() {
+        assert!(boxes[..i].iter().all(|b| !overlap(*a, *b)));
+    }
+    let bytes = flattened.atlas.to_safetensors().unwrap();
+    let one = run(&torus, Division::default(), |_| ControlFlow::Continue(()));
+    let of_one = one.atlas.to_safetensors().unwrap();
+    assert!(
+        bytes.len() < 2 * of_one.len(),
+        "the weights are written once"
+    );
+    let loaded = Atlas::<Backend>::from_safetensors(&bytes, &Default::default()).unwrap();
+    assert_eq!(loaded.uv_map(&mesh, &[]).unwrap(), uv_map(&flattened));
+}

@@ -12,6 +12,8 @@ pub static FAM: LazyLock<PathBuf> = LazyLock::new(|| {
     let build = escargot::CargoBuild::new()
         .manifest_path(manifest)
         .package("fam-cli")
+        // Beside the defaults: backends are compared.
+        .features("ndarray")
         .bin("fam");
     let build = if cfg!(debug_assertions) {
         build

@@ -3,21 +3,20 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use burn::tensor::backend::AutodiffBackend;
-use fam_core::atlas::Atlas;
+use fam::{Parting, Progress, UnwrapError, train};
+use fam_core::atlas::{Atlas, Part};
 use fam_core::training::{Strategies, TrainingConfig};
-use fam_layout::{LayoutConfig, MeshInput};
+use fam_layout::{LayoutConfig, MeshInput, lay_out};
 use fam_surface::metrics::Metrics;
 use fam_surface::seams::SeamRule;
 use fam_surface::{Components, Surface, SurfaceError, TriangleMesh, UvMap};
 
 use super::{Outcome, Row};
 use crate::backend::{Backend, Job};
-use crate::budget::Stop;
 use crate::failure::Failure;
-use crate::finish::Watched;
-use crate::flatten::Flatten;
 use crate::marks::Marked;
-use crate::surface::Parting;
+use crate::parting::parting;
+use crate::progress::UnwrapProgress;
 
 /// The distortion bound of the last row.
 const TIGHT_BOUND: f64 = 4.03;
@@ -54,7 +53,7 @@ impl Trial<'_> {
             let reason = "it is a point cloud; the table is of meshes";
             return Err(Failure::input(reason).of(&name));
         };
-        let parting = Parting::of(document.labels(), false);
+        let parting = parting(document.labels(), false);
         let raw = match &self.source {
             Source::Training => self.train(document.surface(), &parting),
             Source::Model(model) => self.load(model, mesh, &parting),
@@ -70,21 +69,25 @@ impl Trial<'_> {
 
     fn train(&self, surface: &Surface, parting: &Parting) -> Result<Raw, Failure> {
         let started = Instant::now();
-        let flattened = self.backend.run(Flatten {
+        let mut progress = UnwrapProgress::new(self.quiet, self.stop);
+        let trained = self.backend.run(Train {
             config: self.config,
             surface,
             parting,
-            seam_rule: SeamRule::Spacing,
-            quiet: self.quiet,
-            stop: self.stop,
+            progress: &mut progress,
+        });
+        progress.end();
+        let (components, uvs, parts) = trained.map_err(|error| match error.is_input() {
+            true => Failure::input(error),
+            false => Failure::work(error),
         })?;
-        if let Some(error) = flattened.parts.iter().find_map(|part| part.error.as_ref()) {
+        if let Some(error) = parts.iter().find_map(|part| part.error.as_ref()) {
             return Err(Failure::work(error));
         }
         let no_components = || Failure::work("the mesh has no components");
         Ok(Raw {
-            components: flattened.components.ok_or_else(no_components)?,
-            uvs: flattened.uvs,
+            components: components.ok_or_else(no_components)?,
+            uvs,
             training_seconds: Some(started.elapsed().as_secs_f64()),
         })
     }
@@ -126,23 +129,22 @@ impl Trial<'_> {
         let guided = Some(raw.uvs.as_slice());
         for (layout, config, map) in [
             ("finished".to_string(), &default, guided),
-            ("without guidance".to_string(), &default, None),
+            ("direct".to_string(), &default, None),
             (format!("bound {TIGHT_BOUND}"), &tight, guided),
         ] {
-            let stop = Stop {
-                interrupt: self.stop,
-                deadline: None,
-            };
-            let watched = Watched::new(self.quiet, stop);
+            let mut progress = UnwrapProgress::new(self.quiet, self.stop);
             let started = Instant::now();
-            let unfinished = MeshInput {
+            let input = MeshInput {
                 components,
                 map,
                 squares: &[],
                 marks: &marked.marks,
             };
-            let atlas = watched.mesh(config, &unfinished);
+            let atlas = lay_out(config, &input, &mut |now| {
+                progress.show(Progress::Layout(now))
+            });
             let seconds = started.elapsed().as_secs_f64();
+            progress.end();
             let maps: Vec<UvMap> = atlas.components.into_iter().map(|c| c.uvs).collect();
             rows.push(Row {
                 layout,
@@ -151,6 +153,37 @@ impl Trial<'_> {
             });
         }
         Ok(rows)
+    }
+}
+
+/// Training on any backend.
+struct Train<'a, 'p> {
+    config: &'a TrainingConfig,
+    surface: &'a Surface,
+    parting: &'a Parting,
+    progress: &'a mut UnwrapProgress<'p>,
+}
+
+impl Job for Train<'_, '_> {
+    type Output = Result<(Option<Components>, Vec<Vec<[f32; 2]>>, Vec<Part>), UnwrapError>;
+
+    fn run<B: AutodiffBackend>(
+        self,
+        device: &B::Device,
+        strategies: Strategies<B>,
+    ) -> Self::Output {
+        let steps = self.config.steps();
+        let trained = train::<B>(
+            self.config,
+            self.surface,
+            self.parting,
+            SeamRule::Spacing,
+            device,
+            strategies,
+            |now| self.progress.show(Progress::Training { steps, now }),
+        )?;
+        let flattened = trained.flattened;
+        Ok((flattened.components, flattened.uvs, flattened.parts))
     }
 }
 

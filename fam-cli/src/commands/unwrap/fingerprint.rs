@@ -23,7 +23,7 @@ impl Run {
         let shaping = format!(
             "{}\n{}\n{:?} {} {} {} {} {:?} {:?}",
             env!("CARGO_PKG_VERSION"),
-            self.config_toml,
+            serde_json::to_string(&self.config).map_err(Failure::work)?,
             arguments.format,
             arguments.uv_set,
             arguments.checker,

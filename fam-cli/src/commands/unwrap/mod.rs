@@ -1,10 +1,12 @@
 mod batch;
 mod fingerprint;
 mod run;
+mod summary;
 
 use std::path::Path;
 use std::process::ExitCode;
 
+use fam::Method;
 use fam_io::Document;
 use fam_surface::{Surface, shapes};
 
@@ -13,11 +15,15 @@ use crate::failure::Failure;
 use crate::inputs::Inputs;
 use run::Run;
 
-/// Trains on surfaces and writes their UVs and all that goes with them.
+/// Writes surfaces with UVs and all that goes with them.
 pub fn unwrap(arguments: args::Unwrap) -> Result<ExitCode, Failure> {
     match Inputs::collect(&arguments.inputs, arguments.out.as_deref())? {
         Inputs::Sample => {
-            let run = Run::new(arguments)?;
+            let mut run = Run::new(arguments)?;
+            // The sample shows what the networks do.
+            if run.config.method == Method::Auto {
+                run.config.method = Method::Neural;
+            }
             // Closed and of genus 1, so that seams have to be found.
             let document = Document::of_surface(Surface::Mesh(shapes::torus(1.0, 0.4, 96, 48)));
             run.single(&document, "the built-in sample", "sample", None)

@@ -4,35 +4,35 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use fam_core::training::TrainingError;
+use burn::tensor::backend::AutodiffBackend;
+use fam::{
+    FinishMode, Options, Report, Training, UnwrapError, Unwrapped, Used, unwrap, unwrap_direct,
+};
+use fam_core::training::{Strategies, TrainingError};
 use fam_io::{Document, Format, WriteOptions};
 use fam_surface::Surface;
 
+use super::summary::Summary;
 use crate::args;
-use crate::backend::Backend;
-use crate::budget::{self, Plan, Stop};
-use crate::config::{self, Config, FinishMode};
+use crate::args::BackendName;
+use crate::backend::{Backend, Job};
+use crate::config::{self, Config};
 use crate::failure::Failure;
-use crate::finish::Finish;
-use crate::flatten::Flatten;
 use crate::interrupt::{INTERRUPTED, stop_on_interrupt};
 use crate::marks::MarkFiles;
 use crate::output::{Output, Results};
-use crate::progress::short;
-use crate::report::{Report, Summary};
-use crate::surface::Parting;
+use crate::parting::parting;
+use crate::progress::{UnwrapProgress, short};
 
 /// What all files of a run have in common.
 pub struct Run {
     pub arguments: args::Unwrap,
     pub config: Config,
-    pub config_toml: String,
     pub marks: MarkFiles,
-    pub backend: Backend,
     pub stop: Arc<AtomicBool>,
 }
 
-/// A file that was flattened and written.
+/// A file that was unwrapped and written.
 pub struct Done {
     pub report: Report,
     pub took: Duration,
@@ -48,11 +48,13 @@ impl Run {
             let reason = format!("{option} has no use with --finish none: nothing is cut then");
             return Err(Failure::input(reason));
         }
+        // A backend that is asked for by name has to be there even where nothing is trained.
+        if arguments.backend != BackendName::Auto {
+            Backend::choose(arguments.backend)?;
+        }
         Ok(Self {
             marks,
-            config_toml: config.to_toml()?,
             config,
-            backend: Backend::choose(arguments.backend)?,
             stop: stop_on_interrupt(arguments.quiet)?,
             arguments,
         })
@@ -93,7 +95,7 @@ impl Run {
         }
     }
 
-    /// Flattens a document and writes the folder of its results.
+    /// Unwraps a document and writes the folder of its results.
     pub fn one(
         &self,
         document: &Document,
@@ -110,63 +112,59 @@ impl Run {
             .marks
             .on(document)
             .map_err(|failure| failure.of(input))?;
+        let used = self.config.method.on(surface, self.config.finish.mode);
+        let backend = match used {
+            Used::Direct => None,
+            Used::Neural => Some(Backend::choose(arguments.backend)?),
+        };
         output
             .prepare(document, path)
             .map_err(|failure| failure.of(input))?;
         if !arguments.quiet {
-            eprintln!("{input}: {}; on {}", describe(surface), self.backend);
+            let how = match &backend {
+                Some(backend) => format!("training on {backend}"),
+                None => String::from("direct layout"),
+            };
+            eprintln!("{input}: {}; {how}", describe(surface));
             if let Some(summary) = marked.summary() {
                 eprintln!("{summary}");
             }
         }
-        let parting = Parting::of(document.labels(), arguments.per_material);
-        let abandon = |failure: Failure| {
-            if !existed {
-                // Only goes if it is empty.
-                let _ = std::fs::remove_dir(folder);
-            }
-            failure.of(input)
+        let options = Options {
+            method: self.config.method,
+            training: self.config.training.clone(),
+            finish: self.config.finish.mode,
+            layout: self.config.finish.config.clone(),
+            parting: parting(document.labels(), arguments.per_material),
+            seam_rule: arguments.seam_rule.into(),
+            time_budget: arguments.time_budget,
+            marks: marked.marks.clone(),
         };
         let started = Instant::now();
-        let config = self.planned(surface, &parting).map_err(abandon)?;
-        let config_toml = config.to_toml()?;
-        let flattened = self
-            .backend
-            .run(Flatten {
-                config: &config.training,
-                surface,
-                parting: &parting,
-                seam_rule: arguments.seam_rule.into(),
-                quiet: arguments.quiet,
-                stop: &self.stop,
-            })
-            .map_err(abandon)?;
-        let training = started.elapsed();
-        let finish = Finish {
-            settings: &config.finish,
-            surface,
-            squares: &parting.squares,
-            marked: &marked,
-            seam_rule: arguments.seam_rule.into(),
-            quiet: arguments.quiet,
-            stop: Stop {
-                interrupt: &self.stop,
-                deadline: arguments
-                    .time_budget
-                    .map(|budget| budget::deadline(started, budget)),
-            },
-        };
-        let layout = finish.run(&flattened).map_err(abandon)?;
+        let unwrapped = self
+            .unwrapped(surface, &options, backend.as_ref())
+            .map_err(|error| {
+                if !existed {
+                    // Only goes if it is empty.
+                    let _ = std::fs::remove_dir(folder);
+                }
+                match error.is_input() {
+                    true => Failure::input(error).of(input),
+                    false => Failure::work(error),
+                }
+            })?;
         let took = started.elapsed();
-        let finishing = took - training;
         let interrupted = self.stop.load(Ordering::Relaxed);
-        let error = flattened.parts.iter().find_map(|part| part.error.clone());
+        let error = unwrapped.training_error().cloned();
         let complete = !interrupted && error.is_none();
-        let report = output.write(&Results {
+        let mut report = Report::new(surface, &options.parting, &unwrapped);
+        report.warn(marked.unmatched().to_vec());
+        let config_toml = self.config.as_used(&unwrapped).to_toml(used)?;
+        output.write(&Results {
             document,
-            parting: &parting,
-            flattened: &flattened,
-            layout: &layout,
+            parting: &options.parting,
+            unwrapped: &unwrapped,
+            report: &report,
             config_toml: &config_toml,
             fingerprint: fingerprint.filter(|_| complete),
         })?;
@@ -179,27 +177,16 @@ impl Run {
                 input,
                 folder,
                 file: output.file(),
-                backend: self.backend.name(),
-                training_seconds: training.as_secs_f64(),
-                finishing_seconds: finishing.as_secs_f64(),
+                backend: backend.as_ref().map(Backend::name),
+                training_seconds: seconds_of(unwrapped.training.as_ref()),
+                finishing_seconds: unwrapped.layout_time.as_secs_f64(),
                 interrupted,
                 report: &report,
             };
             let json = serde_json::to_string_pretty(&summary).map_err(Failure::work)?;
             println!("{json}");
         } else if !arguments.quiet {
-            for line in [report.conditioned(), report.composition()]
-                .into_iter()
-                .flatten()
-            {
-                eprintln!("{line}");
-            }
-            let (training, finishing) = (short(training), short(finishing));
-            eprintln!(
-                "{training} training, {finishing} finishing; {}",
-                report.headline()
-            );
-            eprintln!("wrote {}", folder.display());
+            say(&unwrapped, &report, folder);
         }
         Ok(Done {
             report,
@@ -208,24 +195,72 @@ impl Run {
             error,
         })
     }
+
+    /// The surface, unwrapped; its trained map as the bytes of a file.
+    fn unwrapped(
+        &self,
+        surface: &Surface,
+        options: &Options,
+        backend: Option<&Backend>,
+    ) -> Result<Unwrapped<Vec<u8>>, UnwrapError> {
+        let mut progress = UnwrapProgress::new(self.arguments.quiet, &self.stop);
+        let unwrapped = match backend {
+            None => unwrap_direct(surface, options, &mut |now| progress.show(now)),
+            Some(backend) => backend.run(Neural {
+                surface,
+                options,
+                progress: &mut progress,
+            }),
+        };
+        progress.end();
+        unwrapped
+    }
 }
 
-impl Run {
-    /// The configuration, with what there is time for.
-    fn planned(&self, surface: &Surface, parting: &Parting) -> Result<Config, Failure> {
-        let mut config = self.config.clone();
-        if let Some(budget) = self.arguments.time_budget {
-            config.training = self.backend.run(Plan {
-                config: &self.config.training,
-                surface,
-                parting,
-                finished: config.finish.mode == FinishMode::Full,
-                budget,
-                interrupt: &self.stop,
-            })?;
-        }
-        Ok(config)
+/// Unwrapping with networks, on any backend.
+struct Neural<'a, 'p> {
+    surface: &'a Surface,
+    options: &'a Options,
+    progress: &'a mut UnwrapProgress<'p>,
+}
+
+impl Job for Neural<'_, '_> {
+    type Output = Result<Unwrapped<Vec<u8>>, UnwrapError>;
+
+    fn run<B: AutodiffBackend>(
+        self,
+        device: &B::Device,
+        strategies: Strategies<B>,
+    ) -> Self::Output {
+        let mut observe = |now: fam::Progress<'_>| self.progress.show(now);
+        let unwrapped = unwrap::<B>(self.surface, self.options, device, strategies, &mut observe)?;
+        Ok(unwrapped.try_map(|atlas| atlas.to_safetensors())?)
     }
+}
+
+/// Tells the user what came of a surface.
+fn say(unwrapped: &Unwrapped<Vec<u8>>, report: &Report, folder: &Path) {
+    let notes = [report.conditioned(), report.composition()];
+    for line in notes.into_iter().flatten() {
+        eprintln!("{line}");
+    }
+    let layout = short(unwrapped.layout_time);
+    let headline = report.headline();
+    match &unwrapped.training {
+        Some(training) => {
+            let training = short(training.time);
+            eprintln!("{training} training, {layout} finishing; {headline}");
+        }
+        None => eprintln!("{layout}; {headline}"),
+    }
+    eprintln!("wrote {}", folder.display());
+    if unwrapped.method == Used::Direct {
+        eprintln!("without a trained map; --method neural makes model.safetensors, for `fam map`");
+    }
+}
+
+fn seconds_of(training: Option<&Training>) -> Option<f64> {
+    training.map(|training| training.time.as_secs_f64())
 }
 
 fn describe(surface: &Surface) -> String {

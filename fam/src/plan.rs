@@ -2,7 +2,6 @@
 
 use std::collections::HashMap;
 use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use burn::tensor::backend::AutodiffBackend;
@@ -10,9 +9,8 @@ use fam_core::atlas::{self, Division};
 use fam_core::training::{Strategies, TrainingConfig};
 use fam_surface::Surface;
 
-use crate::backend::Job;
-use crate::failure::Failure;
-use crate::surface::Parting;
+use crate::error::UnwrapError;
+use crate::parting::Parting;
 
 /// Share of the time that is left to finishing, at most.
 const FINISHING_SHARE: f64 = 0.3;
@@ -40,85 +38,52 @@ const LARGER: [(usize, usize, usize); 2] = [(64, 3, 1_000), (128, 1, 2_000)];
 /// With fewer iterations than this there is a single start.
 const FEW_ITERATIONS: usize = 200;
 
-/// A year, in seconds.
-const LONGEST: f64 = 366.0 * 86_400.0;
-
-/// When to stop.
-#[derive(Clone, Copy)]
-pub struct Stop<'a> {
-    /// Set when the user interrupts.
-    pub interrupt: &'a AtomicBool,
-    /// When the time is up.
-    pub deadline: Option<Instant>,
-}
-
-impl Stop<'_> {
-    /// Whether it is time.
-    pub fn now(&self) -> bool {
-        let late = |deadline: Instant| Instant::now() >= deadline;
-        self.interrupt.load(Ordering::Relaxed) || self.deadline.is_some_and(late)
-    }
-}
-
 /// When layouts are no longer refined, so that files are written in time.
 pub fn deadline(started: Instant, budget: Duration) -> Instant {
     started + budget.mul_f64(1.0 - WRITING_SHARE)
 }
 
-/// A length of time as the command line has it: `90`, `90s`, `2m`, `1.5h`.
-pub fn duration(text: &str) -> Result<Duration, String> {
-    let (number, unit) = match text.strip_suffix(['s', 'm', 'h']) {
-        Some(number) => (number, &text[number.len()..]),
-        None => (text, "s"),
-    };
-    let factor = match unit {
-        "h" => 3600.0,
-        "m" => 60.0,
-        _ => 1.0,
-    };
-    let seconds = number.parse::<f64>().ok().map(|n| n * factor);
-    seconds
-        .filter(|seconds| *seconds > 0.0 && *seconds <= LONGEST)
-        .and_then(|seconds| Duration::try_from_secs_f64(seconds).ok())
-        .ok_or_else(|| "a time is a number above 0 and s, m or h, such as 30s".to_owned())
+/// What training is planned for.
+pub struct Plan<'a> {
+    /// What would be trained with any amount of time.
+    pub config: &'a TrainingConfig,
+    /// What is trained on.
+    pub surface: &'a Surface,
+    /// Which triangles belong together.
+    pub parting: &'a Parting,
+    /// Whether the map becomes a layout, which needs time as well.
+    pub finished: bool,
+    /// For everything together.
+    pub budget: Duration,
 }
 
 /// Measures some steps and chooses what a time allows: the iterations and, of the preset `fast`, the
-/// width and the points.
-pub struct Plan<'a> {
-    pub config: &'a TrainingConfig,
-    pub surface: &'a Surface,
-    pub parting: &'a Parting,
-    /// Whether the map is finished.
-    pub finished: bool,
-    pub budget: Duration,
-    pub interrupt: &'a AtomicBool,
-}
-
-impl Job for Plan<'_> {
-    type Output = Result<TrainingConfig, Failure>;
-
-    fn run<B: AutodiffBackend>(
-        self,
-        device: &B::Device,
-        strategies: Strategies<B>,
-    ) -> Self::Output {
-        let started = Instant::now();
-        let pace = |config: &TrainingConfig| self.pace::<B>(config, device, &strategies);
-        let Some(own) = pace(self.config)? else {
-            return Ok(self.config.clone());
-        };
-        let budget = self.budget.as_secs_f64();
-        let finishing = FINISHING_TRAININGS * (own.of(self.config) - own.start);
-        let reserved = match self.finished {
-            true => finishing.min(FINISHING_SHARE * budget),
-            false => 0.0,
-        };
-        let training = budget * (1.0 - WRITING_SHARE) - reserved;
-        let left = || training - started.elapsed().as_secs_f64();
-        let (config, pace) = largest(self.config, own, left, pace)?;
-        Ok(planned(&config, pace, left()))
-    }
+/// width and the points. `observe` is asked at every step; after it breaks off, the plan is the
+/// configuration as it was.
+///
+/// # Errors
+/// The surface or the configuration cannot be trained on.
+pub fn planned<B: AutodiffBackend>(
+    plan: &Plan,
+    device: &B::Device,
+    strategies: &Strategies<B>,
+    observe: &mut dyn FnMut() -> ControlFlow<()>,
+) -> Result<TrainingConfig, UnwrapError> {
+    let started = Instant::now();
+    let mut pace = |config: &TrainingConfig| plan.pace::<B>(config, device, strategies, observe);
+    let Some(own) = pace(plan.config)? else {
+        return Ok(plan.config.clone());
+    };
+    let budget = plan.budget.as_secs_f64();
+    let finishing = FINISHING_TRAININGS * (own.of(plan.config) - own.start);
+    let reserved = match plan.finished {
+        true => finishing.min(FINISHING_SHARE * budget),
+        false => 0.0,
+    };
+    let training = budget * (1.0 - WRITING_SHARE) - reserved;
+    let left = || training - started.elapsed().as_secs_f64();
+    let (config, pace) = largest(plan.config, own, left, pace)?;
+    Ok(within(&config, pace, left()))
 }
 
 /// The largest training that the time left allows, by the paces that are measured for larger ones.
@@ -126,8 +91,8 @@ fn largest(
     config: &TrainingConfig,
     pace: Pace,
     left: impl Fn() -> f64,
-    mut measure: impl FnMut(&TrainingConfig) -> Result<Option<Pace>, Failure>,
-) -> Result<(TrainingConfig, Pace), Failure> {
+    mut measure: impl FnMut(&TrainingConfig) -> Result<Option<Pace>, UnwrapError>,
+) -> Result<(TrainingConfig, Pace), UnwrapError> {
     let mut largest = (config.clone(), pace);
     for larger in larger(config) {
         // Not to measure what will not do: a step is not faster for being larger.
@@ -162,19 +127,20 @@ impl Pace {
 }
 
 impl Plan<'_> {
-    /// `None` if the user interrupts, and what was measured is worth nothing.
+    /// `None` if the observer breaks off: what was measured is worth nothing then.
     fn pace<B: AutodiffBackend>(
         &self,
         config: &TrainingConfig,
         device: &B::Device,
         strategies: &Strategies<B>,
-    ) -> Result<Option<Pace>, Failure> {
+        observe: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> Result<Option<Pace>, UnwrapError> {
         // Every step is to be seen.
         let strategies = Strategies {
             read_every: 1,
             ..strategies.clone()
         };
-        let timed = |iterations: usize, opening: f64| -> Result<Option<Pace>, Failure> {
+        let mut timed = |iterations: usize, opening: f64| -> Result<Option<Pace>, UnwrapError> {
             let config = TrainingConfig {
                 iterations,
                 opening,
@@ -186,6 +152,7 @@ impl Plan<'_> {
                 squares: &self.parting.squares,
             };
             let before = Instant::now();
+            let mut interrupted = false;
             let strategies = strategies.clone();
             // Of every component the first step that counts, the last, and when they ended.
             let mut seen: HashMap<usize, [(usize, Instant); 2]> = HashMap::new();
@@ -195,14 +162,13 @@ impl Plan<'_> {
                     let ends = seen.entry(at.component).or_insert([now; 2]);
                     ends[1] = now;
                 }
-                match self.interrupt.load(Ordering::Relaxed) {
-                    true => ControlFlow::Break(()),
-                    false => ControlFlow::Continue(()),
-                }
+                let flow = observe();
+                interrupted |= flow.is_break();
+                flow
             })
-            .map_err(Failure::input)?;
+            .map_err(UnwrapError::Training)?;
             let taken = before.elapsed().as_secs_f64();
-            if self.interrupt.load(Ordering::Relaxed) {
+            if interrupted {
                 return Ok(None);
             }
             let mean = |[first, last]: &[(usize, Instant); 2]| {
@@ -217,7 +183,7 @@ impl Plan<'_> {
             }))
         };
         // The first steps allocate, and on a graphics adapter compile.
-        let probe = |opening: f64| -> Result<Option<Pace>, Failure> {
+        let mut probe = |opening: f64| -> Result<Option<Pace>, UnwrapError> {
             match timed(UNMEASURED, opening)? {
                 Some(_) => timed(UNMEASURED + PROBE, opening),
                 None => Ok(None),
@@ -255,7 +221,7 @@ fn larger(config: &TrainingConfig) -> impl Iterator<Item = TrainingConfig> {
 }
 
 /// The configuration that takes about so many seconds.
-fn planned(config: &TrainingConfig, pace: Pace, seconds: f64) -> TrainingConfig {
+fn within(config: &TrainingConfig, pace: Pace, seconds: f64) -> TrainingConfig {
     let with = |iterations: usize, starts: usize| TrainingConfig {
         iterations,
         starts,
@@ -282,22 +248,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn times_have_units() {
-        for (text, seconds) in [("30", 30.0), ("30s", 30.0), ("2m", 120.0), ("1.5h", 5400.0)] {
-            assert_eq!(
-                duration(text),
-                Ok(Duration::from_secs_f64(seconds)),
-                "{text}"
-            );
-        }
-        for text in [
-            "", "s", "0", "-1s", "nan", "inf", "1e30h", "9999h9", "9000h", "3 s", "30ms",
-        ] {
-            assert!(duration(text).is_err(), "{text}");
-        }
-    }
-
-    #[test]
     fn plans_take_as_much_time_as_there_is() {
         let fast = TrainingConfig::fast();
         let pace = Pace {
@@ -306,16 +256,16 @@ mod tests {
             start: 1.0,
         };
         for seconds in [5.0, 20.0, 100.0] {
-            let planned = planned(&fast, pace, seconds);
+            let planned = within(&fast, pace, seconds);
             assert_eq!(planned.starts, fast.starts);
             let taken = pace.of(&planned);
             assert!((seconds - 0.1..=seconds).contains(&taken), "{taken}");
         }
         // Of one start all steps count, and the tenth of them that open are faster.
-        let short = planned(&fast, pace, 2.0);
+        let short = within(&fast, pace, 2.0);
         assert_eq!((short.starts, short.iterations), (1, 106));
-        assert_eq!(planned(&fast, pace, -5.0).iterations, *ITERATIONS.start());
-        assert_eq!(planned(&fast, pace, 1e9).iterations, *ITERATIONS.end());
+        assert_eq!(within(&fast, pace, -5.0).iterations, *ITERATIONS.start());
+        assert_eq!(within(&fast, pace, 1e9).iterations, *ITERATIONS.end());
     }
 
     #[test]

@@ -1,28 +1,32 @@
-//! What of a document belongs together when it is flattened.
+//! Which triangles belong together.
 
 use std::collections::BTreeMap;
 
-use fam_io::Labels;
-
-/// The labels of triangles and the UV squares of labels, as `fam_core::atlas::Division` has
-/// them.
+/// Which triangles belong together, and which share a UV square.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Parting {
+    /// For every triangle a label; triangles of different labels are never in one chart. Empty if
+    /// all are alike.
     pub labels: Vec<u32>,
+    /// For every label the UV square that its charts are in. Empty if all share one.
     pub squares: Vec<u32>,
 }
 
 impl Parting {
-    /// Objects are apart; materials too, each with a square of its own, if `per_material`.
-    pub fn of(labels: &Labels, per_material: bool) -> Self {
-        if !per_material || labels.materials.is_empty() {
-            return Self {
-                labels: labels.objects.clone(),
-                squares: Vec::new(),
-            };
+    /// Objects are apart: `objects` has one for every triangle, or none if there is one object.
+    pub fn by_object(objects: &[u32]) -> Self {
+        Self {
+            labels: objects.to_vec(),
+            squares: Vec::new(),
         }
-        let object = |t: usize| labels.objects.get(t).copied().unwrap_or(0);
+    }
+
+    /// Objects and materials are apart, each material with a square of its own. `materials` has one
+    /// for every triangle.
+    pub fn by_material(objects: &[u32], materials: &[Option<u32>]) -> Self {
+        let object = |t: usize| objects.get(t).copied().unwrap_or(0);
         let mut pairs: BTreeMap<(Option<u32>, u32), u32> = BTreeMap::new();
-        for (t, &material) in labels.materials.iter().enumerate() {
+        for (t, &material) in materials.iter().enumerate() {
             pairs.insert((material, object(t)), 0);
         }
         let mut squares = Vec::with_capacity(pairs.len());
@@ -39,7 +43,7 @@ impl Parting {
         }
         let label = |(t, &material): (usize, &Option<u32>)| pairs[&(material, object(t))];
         Self {
-            labels: labels.materials.iter().enumerate().map(label).collect(),
+            labels: materials.iter().enumerate().map(label).collect(),
             squares,
         }
     }
@@ -57,16 +61,12 @@ mod tests {
 
     #[test]
     fn materials_get_squares_and_objects_stay_apart_in_them() {
-        let labels = Labels {
-            objects: vec![0, 1, 1, 0],
-            materials: vec![Some(5), Some(5), None, Some(2)],
-            material_names: Vec::new(),
-        };
-        let parting = Parting::of(&labels, true);
+        let objects = [0, 1, 1, 0];
+        let materials = [Some(5), Some(5), None, Some(2)];
+        let parting = Parting::by_material(&objects, &materials);
         let square = |t: usize| parting.squares[parting.labels[t] as usize];
         assert_eq!([0, 1, 2, 3].map(square), [2, 2, 0, 1]);
         assert_ne!(parting.labels[0], parting.labels[1]);
-        assert_eq!(Parting::of(&labels, false).labels, labels.objects);
-        assert!(Parting::of(&Labels::default(), true).labels.is_empty());
+        assert_eq!(Parting::by_object(&objects).labels, objects);
     }
 }

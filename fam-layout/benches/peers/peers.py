@@ -1,0 +1,147 @@
+"""Layouts of the same meshes by fam and its peers, scored by `fam metrics`; see `run`."""
+
+import argparse
+import json
+import multiprocessing
+import platform
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+COLUMNS = [
+    ("charts", "charts", "{:d}"),
+    ("seam length", "seam_length", "{:.2f}"),
+    ("energy", "symmetric_dirichlet", "{:.4g}"),
+    ("flips", "flipped_triangles", "{:d}"),
+    ("overlaps", "overlapping_pairs", "{:d}"),
+    ("coverage, %", "uv_coverage", "{:.0%}"),
+]
+
+
+def read(path):
+    """The vertices [V, 3] and triangles [T, 3] of a mesh, as the file has them."""
+    import trimesh
+
+    mesh = trimesh.load(path, process=False, maintain_order=True, force="mesh")
+    return np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.uint32)
+
+
+def by_xatlas(vertices, faces):
+    """UVs [N, 2] and triangles [T, 3] into them by xatlas with its defaults."""
+    import xatlas
+
+    atlas = xatlas.Atlas()
+    atlas.add_mesh(vertices.astype(np.float32), faces)
+    options = xatlas.PackOptions()
+    options.resolution, options.padding = 2048, 4
+    atlas.generate(pack_options=options)
+    _, indices, uvs = atlas[0]
+    return uvs, indices
+
+
+def by_uvunwrap(vertices, faces):
+    """The same by uvunwrap with its defaults."""
+    import uvunwrap
+
+    mesh = uvunwrap.Mesh(vertices.ravel().tolist(), faces.ravel().tolist())
+    output = uvunwrap.generate([mesh]).meshes[0]
+    uvs = np.array(output.uv, np.float64).reshape(-1, 2)
+    return uvs, np.array(output.indices, np.uint32).reshape(-1, 3)
+
+
+PEERS = {"xatlas": by_xatlas, "uvunwrap": by_uvunwrap}
+
+
+def work(peer, path, out, sender):
+    """Lays out one mesh and sends the seconds that the peer itself took."""
+    vertices, faces = read(path)
+    started = time.perf_counter()
+    uvs, indices = PEERS[peer](vertices, faces)
+    seconds = time.perf_counter() - started
+    with open(out, "w") as file:
+        for row in vertices:
+            file.write("v {!r} {!r} {!r}\n".format(*map(float, row)))
+        for row in uvs:
+            file.write("vt {!r} {!r}\n".format(*map(float, row)))
+        for face, corners in zip(faces + 1, indices + 1):
+            pairs = (f"{v}/{t}" for v, t in zip(face, corners))
+            file.write("f " + " ".join(pairs) + "\n")
+    sender.send(seconds)
+
+
+def peer_row(fam, peer, path, limit):
+    """Seconds and metrics of a peer's layout, or why there is none."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "out.obj"
+        receiver, sender = multiprocessing.Pipe(duplex=False)
+        process = multiprocessing.Process(target=work, args=(peer, path, out, sender))
+        process.start()
+        process.join(limit)
+        if process.is_alive():
+            process.kill()
+            process.join()
+            return None, f"not done in {limit:.0f} s"
+        if not receiver.poll():
+            return None, "failed"
+        seconds = receiver.recv()
+        metrics = subprocess.run([fam, "metrics", out, "--json"], capture_output=True, text=True)
+        if metrics.returncode != 0:
+            return None, "its UVs cannot be measured"
+        return seconds, json.loads(metrics.stdout)
+
+
+def fam_row(fam, path, limit):
+    """The same of `fam unwrap` with its defaults; what reading and writing take is left out."""
+    with tempfile.TemporaryDirectory() as folder:
+        command = [fam, "unwrap", path, "--json", "--quiet", "-o", Path(folder) / "out"]
+        try:
+            run = subprocess.run(command, capture_output=True, text=True, timeout=limit)
+        except subprocess.TimeoutExpired:
+            return None, f"not done in {limit:.0f} s"
+        if run.returncode != 0:
+            return None, run.stderr.strip().splitlines()[-1]
+        summary = json.loads(run.stdout)
+        return summary["finishing_seconds"], summary["mesh"]
+
+
+def cells(seconds, metrics):
+    if seconds is None:
+        return [metrics] + [""] * len(COLUMNS)
+    return [f"{seconds:.2f}"] + [form.format(metrics[key] or float("inf")) if key == "symmetric_dirichlet"
+                                 else form.format(metrics[key]) for _, key, form in COLUMNS]
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--fam", required=True)
+    parser.add_argument("--limit", type=float, default=150.0, help="seconds for one layout")
+    parser.add_argument("--repeat", type=int, default=1, help="the median of so many runs counts")
+    parser.add_argument("meshes", nargs="+", type=Path)
+    arguments = parser.parse_args()
+    fam, limit = arguments.fam, arguments.limit
+    print(f"{platform.machine()}, {multiprocessing.cpu_count()} cores\n")
+    titles = ["mesh", "layout by", "seconds"] + [title for title, _, _ in COLUMNS]
+    print("| " + " | ".join(titles) + " |")
+    print("| --- | --- |" + " ---: |" * (len(titles) - 2))
+    for path in arguments.meshes:
+        for name in ["fam", *PEERS]:
+            rows = []
+            for _ in range(arguments.repeat):
+                row = fam_row(fam, path, limit) if name == "fam" else peer_row(fam, name, path, limit)
+                rows.append(row)
+                if row[0] is None:
+                    break
+            seconds = None
+            if rows[-1][0] is not None:
+                seconds = statistics.median(row[0] for row in rows)
+            print("| " + " | ".join([path.stem, name, *cells(seconds, rows[-1][1])]) + " |")
+            sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()
