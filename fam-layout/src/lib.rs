@@ -8,8 +8,10 @@ mod costs;
 mod cut;
 mod distortion;
 mod divide;
+mod flat;
 mod marks;
 mod pack;
+mod parallel;
 mod part;
 mod patch;
 mod refine;
@@ -91,24 +93,31 @@ pub struct MeshInput<'a> {
 /// A step of finishing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
-    /// A component is cut and flattened.
+    /// Components are cut and flattened.
     Refine,
     /// All charts are laid side by side.
     Pack,
 }
 
-/// Where finishing is.
+/// Where finishing is. Several components are cut and flattened at once.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
-    /// Which of the components, counting from 0.
-    pub component: usize,
+    /// What is done.
+    pub stage: Stage,
     /// How many components there are.
     pub components: usize,
-    /// What is done with it.
-    pub stage: Stage,
-    /// Its mean symmetric Dirichlet energy so far; infinite before it is flat.
+    /// How many of them are flat.
+    pub done: usize,
+    /// How many triangles all components have.
+    pub triangles: usize,
+    /// How many of them the flat components have; the time that a component takes is about
+    /// proportional to its triangles.
+    pub triangles_done: usize,
+    /// The component that reached something last, counting from 0.
+    pub component: usize,
+    /// The mean symmetric Dirichlet energy that it reached; infinite before the first does.
     pub energy: f64,
-    /// Length of its seams so far, over the square root of its area; 0 before it is flat.
+    /// The length of its seams then, over the square root of its area.
     pub seam_length: f64,
 }
 

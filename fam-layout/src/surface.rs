@@ -1,14 +1,16 @@
 use std::ops::ControlFlow;
 
+use rayon::prelude::*;
+
 use crate::cloud::Reconstruction;
 use crate::cloud::places::places;
 use crate::component::{FlatChart, flat_charts};
 use crate::distortion::Distortion;
+use crate::flat::flat_chart;
 use crate::pack::{Chart, pack, to_f32};
+use crate::parallel::largest_first;
 use crate::watch::Watch;
-use crate::{
-    CloudLayout, ComponentLayout, LayoutConfig, Marks, MeshInput, MeshLayout, Progress, Stage,
-};
+use crate::{CloudLayout, ComponentLayout, LayoutConfig, Marks, MeshInput, MeshLayout, Progress};
 use fam_surface::vector::{length, sub};
 use fam_surface::{Component, Components, TriangleMesh, UvMap};
 
@@ -41,44 +43,70 @@ fn lay_out_within(
     observe: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
 ) -> MeshLayout {
     let list = &unfinished.components.list;
-    let meshes = at_one_scale(list);
+    let sizes: Vec<usize> = list.iter().map(|c| c.mesh.triangles().len()).collect();
+    let unit = common_unit(list);
     let mut observe = observe;
     let watch = Watch::new(list.len(), &mut observe);
-    let charts: Vec<Vec<FlatChart>> = meshes
-        .iter()
-        .enumerate()
-        .map(|(i, mesh)| {
-            let map = unfinished.map.map(|map| map[i].as_slice());
-            let marks = unfinished.marks.of_component(&list[i]);
-            watch.enters(i, Stage::Refine);
-            flat_charts(config, share, mesh, map, &marks, &watch)
-        })
-        .collect();
-    watch.enters(list.len().saturating_sub(1), Stage::Pack);
-    let square = |c: usize| {
-        let square = unfinished.squares.get(list[c].label as usize);
+    watch.counts(sizes.iter().sum());
+    let charts = largest_first(&sizes, |i| {
+        let watch = watch.of(i);
+        let mesh = scaled(&list[i].mesh, unit);
+        let marks = unfinished.marks.of_component(&list[i]);
+        let flat = marks.wanted.is_empty().then(|| flat_chart(&mesh)).flatten();
+        let charts = match flat {
+            Some(chart) => vec![chart],
+            None => {
+                let map = unfinished.map.map(|map| map[i].as_slice());
+                flat_charts(config, share, &mesh, map, &marks, &watch)
+            }
+        };
+        watch.finishes(sizes[i]);
+        charts
+    });
+    watch.packs();
+    let square = |c: &Component| {
+        let square = unfinished.squares.get(c.label as usize);
         square.copied().unwrap_or(0)
     };
-    let count = (0..list.len())
-        .map(square)
-        .max()
-        .map_or(1, |last| last as usize + 1);
+    let squares: Vec<u32> = list.iter().map(square).collect();
+    let (uvs, coverage, margin) = placed(config, &charts, &squares, &watch);
+    let components = (0..list.len())
+        .into_par_iter()
+        .map(|c| finished(&list[c].mesh, &charts[c], &uvs[c]))
+        .collect();
+    MeshLayout {
+        components,
+        coverage,
+        margin,
+    }
+}
+
+/// The UVs of every chart of every component, and the coverage and margin of every UV square.
+/// `squares` has the square of each component.
+fn placed(
+    config: &LayoutConfig,
+    charts: &[Vec<FlatChart>],
+    squares: &[u32],
+    watch: &Watch,
+) -> (Vec<Vec<Vec<[f32; 2]>>>, Vec<f64>, Vec<f64>) {
     let unplaced = |chart: &FlatChart| vec![[0.0_f32; 2]; chart.uvs.len()];
     let mut uvs: Vec<Vec<Vec<[f32; 2]>>> = charts
         .iter()
         .map(|charts| charts.iter().map(unplaced).collect())
         .collect();
+    let count = squares.iter().max().map_or(1, |&last| last as usize + 1);
+    let mut members: Vec<Vec<([usize; 2], Chart)>> = vec![Vec::new(); count];
+    for (c, charts) in charts.iter().enumerate() {
+        for (k, chart) in charts.iter().enumerate() {
+            if let Ok(own) = Chart::new(&chart.uvs, &chart.triangles) {
+                members[squares[c] as usize].push(([c, k], own));
+            }
+        }
+    }
     let (mut coverage, mut margin) = (Vec::new(), Vec::new());
-    for number in 0..count {
-        let members: Vec<([usize; 2], Chart)> = charts
-            .iter()
-            .enumerate()
-            .filter(|(c, _)| square(*c) as usize == number)
-            .flat_map(|(c, charts)| (0..).zip(charts).map(move |(k, chart)| ([c, k], chart)))
-            .filter_map(|(at, chart)| Some((at, Chart::new(&chart.uvs, &chart.triangles).ok()?)))
-            .collect();
+    for members in members {
         let own: Vec<Chart> = members.iter().map(|(_, chart)| *chart).collect();
-        let packing = pack(&own, config.margin, config.resolution);
+        let packing = pack(&own, config.margin, config.resolution, &|| watch.goes_on());
         coverage.push(packing.coverage);
         margin.push(packing.margin);
         if let Ok(rounded) = to_f32(&own, &packing) {
@@ -87,25 +115,14 @@ fn lay_out_within(
             }
         }
     }
-    let finished = list
-        .iter()
-        .zip(charts)
-        .zip(uvs)
-        .map(|((component, charts), uvs)| finished(&component.mesh, &charts, &uvs))
-        .collect();
-    MeshLayout {
-        components: finished,
-        coverage,
-        margin,
-    }
+    (uvs, coverage, margin)
 }
 
-/// The meshes of components in a common unit in which the largest has an extent of 1, so that
+/// The unit of length, as half of it, in which the largest component has an extent of 1, so that
 /// no square of a length overflows.
-fn at_one_scale(list: &[Component]) -> Vec<TriangleMesh> {
+fn common_unit(list: &[Component]) -> f64 {
     let extents = list.iter().map(|c| half_extent(&c.mesh));
-    let unit = extents.fold(0.0, f64::max);
-    list.iter().map(|c| scaled(&c.mesh, unit)).collect()
+    extents.fold(0.0, f64::max)
 }
 
 /// A mesh near the origin, in a unit of twice the length given.

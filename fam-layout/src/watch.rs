@@ -1,7 +1,7 @@
 //! Telling how far finishing is, and asking whether it goes on.
 
 use std::ops::ControlFlow;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::{Progress, Stage};
 
@@ -9,7 +9,13 @@ use crate::{Progress, Stage};
 pub type Observer<'a> = dyn FnMut(Progress) -> ControlFlow<()> + Send + 'a;
 
 /// Passes on what is reached to who observes. Once they break off, nothing goes on any more.
-pub struct Watch<'a>(Mutex<State<'a>>);
+///
+/// Several components are worked on at once: each has a watch of its own, [`Watch::of`] one that
+/// all share.
+pub struct Watch<'a> {
+    component: usize,
+    shared: Arc<Mutex<State<'a>>>,
+}
 
 struct State<'a> {
     observe: &'a mut Observer<'a>,
@@ -20,25 +26,53 @@ struct State<'a> {
 impl<'a> Watch<'a> {
     /// A watch over so many components.
     pub fn new(components: usize, observe: &'a mut Observer<'a>) -> Self {
-        Self(Mutex::new(State {
+        let now = Progress {
+            stage: Stage::Refine,
+            components,
+            done: 0,
+            triangles: 0,
+            triangles_done: 0,
+            component: 0,
+            energy: f64::INFINITY,
+            seam_length: 0.0,
+        };
+        let state = State {
             observe,
-            now: Progress {
-                component: 0,
-                components,
-                stage: Stage::Refine,
-                energy: f64::INFINITY,
-                seam_length: 0.0,
-            },
+            now,
             going: true,
-        }))
+        };
+        Self {
+            component: 0,
+            shared: Arc::new(Mutex::new(state)),
+        }
     }
 
-    /// A stage of a component begins.
-    pub fn enters(&self, component: usize, stage: Stage) {
+    /// The watch of one of the components.
+    pub fn of(&self, component: usize) -> Self {
+        Self {
+            component,
+            shared: Arc::clone(&self.shared),
+        }
+    }
+
+    /// Says how many triangles all components have.
+    pub fn counts(&self, triangles: usize) {
+        self.tell(|now| now.triangles = triangles);
+    }
+
+    /// The component, of so many triangles, is flat.
+    pub fn finishes(&self, triangles: usize) {
+        self.tell(|now| {
+            now.done += 1;
+            now.triangles_done += triangles;
+        });
+    }
+
+    /// All components are flat; packing begins.
+    pub fn packs(&self) {
         self.tell(|now| {
             *now = Progress {
-                component,
-                stage,
+                stage: Stage::Pack,
                 energy: f64::INFINITY,
                 seam_length: 0.0,
                 ..*now
@@ -46,9 +80,13 @@ impl<'a> Watch<'a> {
         });
     }
 
-    /// Energy and seam length (over the square root of the area) were reached; whether to go on.
+    /// The component reached an energy and a seam length (over the square root of the area);
+    /// whether to go on.
     pub fn reaches(&self, energy: f64, seam_length: f64) -> bool {
-        self.tell(|now| (now.energy, now.seam_length) = (energy, seam_length))
+        self.tell(|now| {
+            now.component = self.component;
+            (now.energy, now.seam_length) = (energy, seam_length);
+        })
     }
 
     /// Whether to go on; asked often, from any thread, so that stopping is quick.
@@ -57,7 +95,7 @@ impl<'a> Watch<'a> {
     }
 
     fn tell(&self, change: impl FnOnce(&mut Progress)) -> bool {
-        let mut state = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut state = self.shared.lock().unwrap_or_else(PoisonError::into_inner);
         change(&mut state.now);
         let now = state.now;
         state.going = state.going && (state.observe)(now).is_continue();

@@ -5,7 +5,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::{Task, breaking_off, moved, together};
-use crate::{LayoutConfig, Stage};
+use crate::{LayoutConfig, Progress, Stage};
 use fam_surface::TriangleMesh;
 use fam_surface::shapes::{cube, moebius_strip, open_cylinder, rectangle, sphere, torus};
 
@@ -252,11 +252,35 @@ fn progress_is_told() {
     task.run(&mesh);
     let seen = seen.into_inner().unwrap();
     assert!(seen.iter().all(|p| p.components == 2 && p.component < 2));
-    assert!(seen.windows(2).all(|p| p[0].component <= p[1].component));
-    assert_eq!(seen.last().map(|p| p.stage), Some(Stage::Pack));
+    assert!(seen.windows(2).all(|p| p[0].done <= p[1].done));
+    let (first, last) = (seen.first().unwrap(), seen.last().unwrap());
+    assert_eq!((first.stage, last.stage), (Stage::Refine, Stage::Pack));
+    assert_eq!((first.done, first.triangles_done), (0, 0));
+    assert_eq!((last.done, last.triangles_done), (2, last.triangles));
+    assert_eq!(last.triangles, mesh.triangles().len());
     for component in 0..2 {
-        assert!(seen.iter().any(|p| p.component == component));
+        let reached = |p: &&Progress| p.component == component && p.energy.is_finite();
+        assert!(seen.iter().any(|p| reached(&p)));
     }
+}
+
+/// Surfaces of all sizes, flat ones among them, and one that is cut on simpler ones.
+#[test]
+fn the_number_of_threads_makes_no_difference() {
+    let mut parts = vec![torus(1.0, 0.5, 64, 48), rectangle(1.0, 1.0, 3, 2)];
+    for i in 0..6 {
+        let sphere = moved(&sphere(2 + i), |p| p.map(|c| c + 4.0 * f64::from(i)));
+        let sheet = moved(&rectangle(1.0, 1.0, 2, 2), |p| p.map(|c| c - f64::from(i)));
+        parts.extend([sphere, sheet]);
+    }
+    let mesh = together(&parts);
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.unwrap().install(|| Task::default().run(&mesh).atlas)
+    };
+    let alone = on(1);
+    assert!(alone == on(2));
+    assert!(alone == on(8));
 }
 
 #[test]

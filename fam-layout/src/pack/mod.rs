@@ -112,7 +112,14 @@ pub struct Packing {
 ///
 /// Several squares, as for several materials, are packed by one call each and have a scale
 /// each. Charts without any extent lie somewhere, at scale 1 if all are such.
-pub fn pack(charts: &[Chart<'_>], margin: f64, resolution: u32) -> Packing {
+///
+/// Once `goes_on` says no, the first scale found at which all charts fit is taken.
+pub fn pack(
+    charts: &[Chart<'_>],
+    margin: f64,
+    resolution: u32,
+    goes_on: &dyn Fn() -> bool,
+) -> Packing {
     let unit = unit(charts);
     let pieces: Vec<Piece> = charts.iter().map(|chart| Piece::new(chart, unit)).collect();
     let per_row = (pieces.len() as f64).sqrt().ceil().max(1.0);
@@ -122,7 +129,7 @@ pub fn pack(charts: &[Chart<'_>], margin: f64, resolution: u32) -> Packing {
     let border = (0.5 * margin).max(LEAST_BORDER);
     let (scale, spots) = match &pieces[..] {
         [piece] => alone(piece, border),
-        _ => Search::new(&pieces, border).run(),
+        _ => Search::new(&pieces, border).run(goes_on),
     };
     let placements = charts
         .iter()

@@ -380,7 +380,7 @@ mod tests {
             .iter()
             .map(|(uvs, triangles)| Chart::new(uvs, triangles).unwrap())
             .collect();
-        let packing = pack(&charts, 4.0, 1024);
+        let packing = pack(&charts, 4.0, 1024, &|| true);
         let rounded = to_f32(&charts, &packing).unwrap();
         for (chart, (uvs, placement)) in charts
             .iter()
@@ -584,7 +584,13 @@ mod tests {
     fn another_number_of_charts_is_refused() {
         let (uvs, triangles) = sheet(&[1.0], 1, 0.0);
         let chart = Chart::new(&uvs, &triangles).unwrap();
-        assert!(to_f32(&[chart, chart], &pack(&[chart], 0.0, 64)).is_err());
-        assert_eq!(to_f32(&[], &pack(&[], 0.0, 64)).unwrap().uvs.len(), 0);
+        assert!(to_f32(&[chart, chart], &pack(&[chart], 0.0, 64, &|| true)).is_err());
+        assert_eq!(
+            to_f32(&[], &pack(&[], 0.0, 64, &|| true))
+                .unwrap()
+                .uvs
+                .len(),
+            0
+        );
     }
 }

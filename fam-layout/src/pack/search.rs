@@ -81,7 +81,7 @@ impl<'a> Search<'a> {
     }
 
     /// The largest scale found and a spot for every piece, in units of the square.
-    pub fn run(&self) -> (f64, Vec<Spot>) {
+    pub fn run(&self, goes_on: &dyn Fn() -> bool) -> (f64, Vec<Spot>) {
         let side = self.cells as f64;
         let most = self.most();
         if !most.is_finite() {
@@ -99,7 +99,7 @@ impl<'a> Search<'a> {
             // The free rows tell how much denser it can become.
             let denser = low * SLACK * (side / best.height.max(1) as f64).sqrt();
             let middle = (low * high.min(denser)).sqrt();
-            if middle <= SCALE_ACCURACY * low {
+            if middle <= SCALE_ACCURACY * low || !goes_on() {
                 break;
             }
             match self.fit(middle) {

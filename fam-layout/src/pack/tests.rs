@@ -59,7 +59,7 @@ fn mixture(count: u32, seed: u64) -> Vec<Flat> {
 
 fn packed(flats: &[Flat], margin: f64, resolution: u32) -> (Packing, Vec<Vec<[f64; 2]>>) {
     let charts: Vec<Chart> = flats.iter().map(Flat::chart).collect();
-    let packing = pack(&charts, margin, resolution);
+    let packing = pack(&charts, margin, resolution, &|| true);
     let places = flats
         .iter()
         .zip(&packing.placements)
