@@ -2,31 +2,119 @@
 
 use std::collections::HashMap;
 
+use rayon::prelude::*;
+
+use super::joining::Topology;
+use super::orientation::NONE;
+use super::sets::Sets;
+
 /// What a triangle is to its component.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Kind {
     Kept,
-    /// It has the vertices of this earlier triangle.
+    /// It repeats this kept triangle.
     DuplicateOf(u32),
     /// Two of its corners are one vertex.
     Collapsed,
 }
 
-/// The kinds of triangles over welded vertices.
-pub(super) fn kinds(triangles: &[[u32; 3]], label: impl Fn(usize) -> u32) -> Vec<Kind> {
-    let mut first: HashMap<(u32, [u32; 3]), u32> = HashMap::new();
-    let kind = |(t, &[a, b, c]): (usize, &[u32; 3])| {
-        if a == b || b == c || c == a {
-            return Kind::Collapsed;
+/// The kinds of triangles.
+///
+/// A triangle repeats an earlier one if it has the same three of the file's own vertices. One
+/// that has the same three positions only is repeated with its whole sheet: with all that the
+/// file joins to it elsewhere, or not at all. So where two boxes touch, both keep their sides.
+pub(super) fn kinds(topology: &Topology) -> Vec<Kind> {
+    let welded = topology.welded;
+    let is_collapsed = |&[a, b, c]: &[u32; 3]| a == b || b == c || c == a;
+    let mut kinds = vec![Kind::Kept; welded.len()];
+    let mut places = Vec::with_capacity(welded.len());
+    for (t, triangle) in welded.iter().enumerate() {
+        if is_collapsed(triangle) {
+            kinds[t] = Kind::Collapsed;
+        } else {
+            places.push((topology.group(t), sorted(*triangle), t as u32));
         }
-        let mut vertices = [a, b, c];
-        vertices.sort_unstable();
-        match *first.entry((label(t), vertices)).or_insert(t as u32) {
-            earlier if earlier as usize == t => Kind::Kept,
-            earlier => Kind::DuplicateOf(earlier),
+    }
+    places.par_sort_unstable();
+    // Those at the positions of an earlier triangle, with the first there.
+    let mut repeated: Vec<[u32; 2]> = Vec::new();
+    for place in places.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        let Some((first, others)) = place.split_first().filter(|(_, others)| others.len() > 0)
+        else {
+            continue;
+        };
+        let mut own: Vec<([u32; 3], u32)> = place
+            .iter()
+            .map(|&(.., t)| (sorted(topology.own[t as usize]), t))
+            .collect();
+        own.sort_unstable();
+        for same in own.chunk_by(|a, b| a.0 == b.0) {
+            for (_, t) in &same[1..] {
+                kinds[*t as usize] = Kind::DuplicateOf(same[0].1);
+            }
         }
-    };
-    triangles.iter().enumerate().map(kind).collect()
+        repeated.extend(others.iter().map(|&(.., t)| [t, first.2]));
+    }
+    repeated.retain(|[t, _]| kinds[*t as usize] == Kind::Kept);
+    repeated.sort_unstable();
+    if !repeated.is_empty() {
+        leave_out_sheets(topology, &repeated, &mut kinds);
+    }
+    // What a triangle of a repeated sheet is repeated by, is repeated with it.
+    for t in 0..kinds.len() {
+        if let Kind::DuplicateOf(of) = kinds[t]
+            && let Kind::DuplicateOf(first) = kinds[of as usize]
+        {
+            kinds[t] = Kind::DuplicateOf(first);
+        }
+    }
+    kinds
+}
+
+/// Leaves out the sheets that consist of nothing but `repeated` triangles, ascending, each with
+/// the first at its position.
+fn leave_out_sheets(topology: &Topology, repeated: &[[u32; 2]], kinds: &mut [Kind]) {
+    let joined = topology.join_by_file(|t| kinds[t] == Kind::Kept);
+    let mut sheets = Sets::new(kinds.len());
+    for (h, &other) in (0..).zip(&joined.across) {
+        let place = |h: u32| sorted(topology.welded[h as usize / 3]);
+        if other != NONE && place(h) != place(other) {
+            sheets.join(h / 3, other / 3);
+        }
+    }
+    sheets.settle();
+    let mut left = repeated.iter().map(|[t, _]| *t as usize).peekable();
+    let mut has_its_own = vec![false; kinds.len()];
+    for t in 0..kinds.len() {
+        if left.next_if_eq(&t).is_none() && kinds[t] == Kind::Kept {
+            has_its_own[sheets.find(t as u32) as usize] = true;
+        }
+    }
+    for &[t, first] in repeated {
+        if !has_its_own[sheets.find(t) as usize] {
+            kinds[t as usize] = Kind::DuplicateOf(first);
+        }
+    }
+}
+
+/// How often the triangle at the positions of each has been there before, for groups in which no
+/// triangle repeats another; all are kept then but collapsed ones.
+pub(super) fn layers(kinds: &mut [Kind]) -> Vec<u32> {
+    let mut repeats = vec![0; kinds.len()];
+    let mut layers = vec![0; kinds.len()];
+    for t in 0..kinds.len() {
+        if let Kind::DuplicateOf(first) = kinds[t] {
+            repeats[first as usize] += 1;
+            layers[t] = repeats[first as usize];
+            kinds[t] = Kind::Kept;
+        }
+    }
+    layers
+}
+
+fn sorted(mut vertices: [u32; 3]) -> [u32; 3] {
+    vertices.sort_unstable();
+    vertices
 }
 
 /// For every triangle the corners, all of one kept triangle, that its own corners stand for;
@@ -120,9 +208,43 @@ fn edge_of(mut collapsed: [u32; 3]) -> [u32; 2] {
 mod tests {
     use super::*;
 
+    fn kinds_of(own: &[[u32; 3]], welded: &[[u32; 3]], groups: &[u32]) -> Vec<Kind> {
+        kinds(&Topology {
+            own,
+            welded,
+            groups,
+            positions: &[[0.0; 3]; 20],
+        })
+    }
+
     fn of(triangles: &[[u32; 3]], labels: &[u32]) -> Vec<Option<[u32; 3]>> {
-        let label = |t: usize| labels[t];
-        stand_ins(triangles, &kinds(triangles, label), label)
+        let kinds = kinds_of(triangles, triangles, labels);
+        stand_ins(triangles, &kinds, |t| labels[t])
+    }
+
+    /// A strip of two, and the same over vertices of its own: alone, or with a third triangle.
+    #[test]
+    fn a_sheet_is_repeated_as_a_whole_or_not_at_all() {
+        let own = [[0, 1, 2], [1, 3, 2], [10, 12, 11], [11, 12, 13]];
+        let welded = own.map(|t| t.map(|v| v % 10));
+        let expected = [
+            Kind::Kept,
+            Kind::Kept,
+            Kind::DuplicateOf(0),
+            Kind::DuplicateOf(1),
+        ];
+        assert_eq!(kinds_of(&own, &welded, &[]), expected);
+        assert_eq!(layers(&mut expected.clone()), [0, 0, 1, 1]);
+        let larger = [&own[..], &[[13, 12, 14]]].concat();
+        let welded: Vec<_> = larger.iter().map(|t| t.map(|v| v % 10)).collect();
+        assert_eq!(kinds_of(&larger, &welded, &[]), [Kind::Kept; 5]);
+        // A triangle that the second sheet repeats within itself.
+        let again = [&own[..], &[[12, 13, 11]]].concat();
+        let welded: Vec<_> = again.iter().map(|t| t.map(|v| v % 10)).collect();
+        assert_eq!(
+            kinds_of(&again, &welded, &[])[3..],
+            [Kind::DuplicateOf(1); 2]
+        );
     }
 
     #[test]

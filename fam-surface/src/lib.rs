@@ -14,6 +14,8 @@
 mod components;
 pub mod degenerate;
 mod edges;
+mod fans;
+mod joining;
 mod left_out;
 mod mesh;
 pub mod metrics;
@@ -25,11 +27,12 @@ mod point_cloud;
 pub mod seams;
 pub mod sets;
 pub mod shapes;
+mod sides;
 mod uv_map;
 pub mod vector;
 pub mod weld;
 
-pub use components::{Component, Components, Conditioning};
+pub use components::{Component, Components, Conditioning, Duplicates};
 pub use edges::Edges;
 pub use mesh::TriangleMesh;
 pub use normalization::Normalization;

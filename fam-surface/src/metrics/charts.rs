@@ -1,3 +1,5 @@
+use crate::sides::{edges, places};
+
 use super::edges::Side;
 use super::layout::Layout;
 
@@ -12,20 +14,32 @@ pub(super) struct Charts {
 }
 
 impl Charts {
-    pub(super) fn new(triangles: usize, sides: &[Side]) -> Self {
+    /// The charts of a layout. A triangle that repeats another (`first_alike`) is in its chart,
+    /// of whatever winding.
+    pub(super) fn new(layout: &Layout, sides: &[Side], first_alike: &[u32]) -> Self {
         let mut charts = Self {
-            parents: (0..triangles as u32).collect(),
-            sizes: vec![1; triangles],
-            opposed: vec![false; triangles],
+            parents: (0..layout.len() as u32).collect(),
+            sizes: vec![1; layout.len()],
+            opposed: vec![false; layout.len()],
         };
-        for joined in sides.chunk_by(|a, b| (a.edge, a.uvs) == (b.edge, b.uvs)) {
-            for pair in joined.windows(2) {
+        let first = |side: &&Side| {
+            let triangle = side.half_edge / 3;
+            first_alike[triangle as usize] == triangle
+        };
+        for (t, &first) in (0..).zip(first_alike) {
+            let is_left = |t: u32| layout.uv_double_area(t as usize) > 0.0;
+            charts.join(t, first, is_left(t) != is_left(first));
+        }
+        for joined in edges(sides).flat_map(places) {
+            let mut joined = joined.iter().filter(first);
+            let Some(mut one) = joined.next() else {
+                continue;
+            };
+            for other in joined {
                 // Neighbours of the same winding run along their edge in opposite directions.
-                charts.join(
-                    pair[0].triangle,
-                    pair[1].triangle,
-                    pair[0].reversed == pair[1].reversed,
-                );
+                let opposed = one.reversed == other.reversed;
+                charts.join(one.half_edge / 3, other.half_edge / 3, opposed);
+                one = other;
             }
         }
         charts

@@ -81,8 +81,8 @@ impl Metrics {
     pub fn measure(mesh: &TriangleMesh, uv: &UvMap) -> Result<Self, SurfaceError> {
         let layout = Layout::new(mesh, uv)?;
         let sides = edges::sides(mesh, uv);
-        let charts = Charts::new(layout.len(), &sides);
         let first_alike = repeats::first_alike(mesh, uv);
+        let charts = Charts::new(&layout, &sides, &first_alike);
         let overlapping_pairs = overlaps::overlapping_pairs(uv, &first_alike);
         Ok(Self {
             vertices: mesh.positions().len(),
@@ -102,15 +102,18 @@ impl Metrics {
     }
 }
 
-/// The edges at which a UV map cuts a mesh: their triangles, two or more, do not all have equal
-/// UV coordinates at both ends. By the first vertices at the positions of their ends, the
-/// smaller first, ascending.
+/// The edges at which a UV map cuts a mesh: of two or more triangles, one of which has the UV
+/// coordinates of no other at both ends. By the first vertices at the positions of their ends,
+/// the smaller first, ascending.
 ///
 /// # Errors
 /// The map has another number of triangles than the mesh.
 pub fn seam_edges(mesh: &TriangleMesh, uv: &UvMap) -> Result<Vec<[u32; 2]>, SurfaceError> {
     layout::check_lengths(mesh, uv)?;
-    Ok(seam_length::seam_edges(&edges::sides(mesh, uv)).collect())
+    let mut seams: Vec<[u32; 2]> = seam_length::seam_edges(&edges::sides(mesh, uv)).collect();
+    // Edges of parts that touch may lie at one position.
+    seams.dedup();
+    Ok(seams)
 }
 
 /// Reads the infinity that JSON writes as `null`.

@@ -1,19 +1,15 @@
+use crate::sides::{edges, is_torn};
 use crate::vector::{length, sub};
 
 use super::edges::Side;
 use super::layout::Layout;
 
-/// The edges whose triangles, two or more, do not all have the same UV coordinates there, by
+/// The edges of two or more triangles, one of which has the UV coordinates of no other there, by
 /// welded vertices, ascending.
 pub(super) fn seam_edges(sides: &[Side]) -> impl Iterator<Item = [u32; 2]> + '_ {
-    sides
-        .chunk_by(|a, b| a.edge == b.edge)
-        .filter(|sides| {
-            let differs =
-                |key: fn(&Side, &Side) -> bool| sides.windows(2).any(|s| key(&s[0], &s[1]));
-            differs(|a, b| a.triangle != b.triangle) && differs(|a, b| a.uvs != b.uvs)
-        })
-        .map(|sides| sides[0].edge)
+    edges(sides)
+        .filter(|edge| is_torn(edge))
+        .map(|edge| edge[0].ends)
 }
 
 /// The total 3D length of the seam edges over the square root of the surface area.

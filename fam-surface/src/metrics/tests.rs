@@ -525,6 +525,28 @@ fn the_table_is_aligned() {
     assert!(collapsed.contains("area distortion                 inf"));
 }
 
+/// A square, front and back, over vertices of their own or the same; in any order.
+#[test]
+fn a_sheet_drawn_front_and_back_is_one_chart_without_flips() {
+    let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]];
+    let both = [corners, corners].concat();
+    for triangles in [
+        [[2, 1, 0], [5, 6, 4], [2, 3, 1], [5, 7, 6]],
+        [[2, 1, 0], [1, 2, 0], [2, 3, 1], [1, 3, 2]],
+        [[5, 6, 4], [2, 1, 0], [5, 7, 6], [2, 3, 1]],
+    ] {
+        let mesh = TriangleMesh::new(both.clone(), triangles.to_vec()).unwrap();
+        let metrics = measure_mapped(&mesh, |[x, y, _]| [x, y]);
+        let found = (
+            metrics.charts,
+            metrics.flipped_triangles,
+            metrics.overlapping_pairs,
+        );
+        assert_eq!(found, (1, 0, 0));
+        assert_eq!(metrics.seam_length, 0.0);
+    }
+}
+
 #[test]
 fn a_triangle_drawn_twice_is_no_overlap_but_one_laid_over_another_is() {
     let [a, b, c] = RIGHT;
