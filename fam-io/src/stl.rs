@@ -48,6 +48,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Parsed<Source>, ReadFault> {
         uvs: None,
         labels,
         diagonals: Vec::new(),
+        warnings: Vec::new(),
         source: Source,
     })
 }
