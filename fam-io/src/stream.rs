@@ -30,7 +30,7 @@ pub struct CloudStream {
 #[derive(Debug)]
 enum Cloud {
     Xyz(xyz::Columns),
-    Ply(ply::Records),
+    Ply(Box<ply::Records>),
 }
 
 /// Why a cloud was not written again.
@@ -257,7 +257,7 @@ fn open(path: &Path) -> Result<Option<(Cloud, Vec<Warning>)>, ReadFault> {
                 Ok::<_, ReadFault>(())
             })?;
             let warnings = kept::warnings(left_out, total)?;
-            Ok(Some((Cloud::Ply(records), warnings)))
+            Ok(Some((Cloud::Ply(Box::new(records)), warnings)))
         }
         Format::Xyz => {
             let mut reader = xyz::Reader::default();
