@@ -3,7 +3,8 @@
 //! Only the beginning of the file is looked at, and its length. These decide, whatever the
 //! extension: the magic of GLB, the first line of PLY, a JSON object (glTF), exactly the size
 //! of a binary STL file, `solid` with facets, a keyword of OFF, a vertex, face or material
-//! statement of OBJ. Common formats that are not read are named as such.
+//! statement of OBJ. Common formats that are not read are named as such, and so is text in
+//! UTF-16.
 //!
 //! Otherwise it is the format of the extension. Rows of numbers are XYZ under any extension
 //! that is not one of a known format.
@@ -39,6 +40,10 @@ const UNSUPPORTED: [(&str, &[&str]); 11] = [
 enum Content {
     Known(Format),
     Unsupported(&'static str),
+    /// Text in UTF-16, and whether it would be read if it were in UTF-8.
+    Utf16 {
+        is_surface: bool,
+    },
     /// Rows of numbers.
     Rows,
     Undecided,
@@ -63,6 +68,16 @@ pub(crate) fn open_known(path: &Path) -> Result<(Format, document::Content), Rea
         document::Content::Bytes(opened.start)
     };
     Ok((opened.format, content))
+}
+
+/// Refuses a text in UTF-16.
+pub(crate) fn check_encoding(bytes: &[u8]) -> Result<(), ReadFault> {
+    let is_binary = stl::has_binary_size(bytes, bytes.len() as u64);
+    let start = &bytes[..bytes.len().min(LOOKED_AT as usize)];
+    if !is_binary && text::utf16(start).is_some() {
+        return Err(ReadFault::Utf16);
+    }
+    Ok(())
 }
 
 /// A file that has been read as far as its format was looked for.
@@ -98,7 +113,10 @@ fn decide(path: &Path, content: Content) -> Result<Format, ReadFault> {
     match content {
         Content::Known(format) => return Ok(format),
         Content::Unsupported(name) => return unsupported(name),
-        Content::Rows | Content::Undecided => {}
+        Content::Utf16 { is_surface } if is_surface || Format::of_path(path).is_some() => {
+            return Err(ReadFault::Utf16);
+        }
+        Content::Utf16 { .. } | Content::Rows | Content::Undecided => {}
     }
     if let Some(format) = Format::of_path(path) {
         return Ok(format);
@@ -127,7 +145,7 @@ fn content(start: &[u8], length: u64) -> Content {
     if start.starts_with(b"glTF") {
         return Content::Known(Format::Glb);
     }
-    if matches!(start, [b'p', b'l', b'y', end, ..] if end.is_ascii_whitespace()) {
+    if matches!(without_bom(start), [b'p', b'l', b'y', end, ..] if end.is_ascii_whitespace()) {
         return Content::Known(Format::Ply);
     }
     if let Some(name) = unsupported(start, length) {
@@ -135,6 +153,11 @@ fn content(start: &[u8], length: u64) -> Content {
     }
     if stl::has_binary_size(start, length) {
         return Content::Known(Format::Stl);
+    }
+    if let Some(text) = text::utf16(start) {
+        let says = text_content(whole_lines(text.as_bytes()));
+        let is_surface = matches!(says, Content::Known(_) | Content::Rows);
+        return Content::Utf16 { is_surface };
     }
     if without_bom(start).trim_ascii_start().starts_with(b"{") {
         return Content::Known(Format::Gltf);
@@ -223,7 +246,11 @@ fn text_content(text: &[u8]) -> Content {
     if text.contains(&0) {
         return Content::Undecided;
     }
-    let is_facet = |row| starts(row, b"facet") || starts(row, b"endsolid");
+    let is_facet = |row| {
+        [&b"facet"[..], b"end", b"endsolid"]
+            .iter()
+            .any(|word| starts(row, word))
+    };
     if starts(first, b"solid") && rows.iter().any(is_facet) {
         return Content::Known(Format::Stl);
     }
@@ -259,7 +286,7 @@ fn rows(text: &[u8]) -> impl Iterator<Item = Row> {
 /// How many numbers a row starts with.
 fn numbers(text: &[u8], row: &[Range<usize>]) -> usize {
     row.iter()
-        .take_while(|word| text::parse::<f64>(&text[(*word).clone()]).is_some())
+        .take_while(|word| text::number::<f64>(&text[(*word).clone()]).is_some())
         .count()
 }
 
@@ -309,15 +336,17 @@ mod tests {
     #[test]
     fn content_decides_whatever_the_extension() {
         let stl = binary_stl(2);
-        let cases: [(Format, &[u8]); 17] = [
+        let cases: [(Format, &[u8]); 19] = [
             (Format::Glb, b"glTF\x02\0\0\0"),
             (Format::Ply, b"ply\nformat ascii 1.0\n"),
             (Format::Ply, b"ply\r\n"),
+            (Format::Ply, b"\xef\xbb\xbfply\n"),
             (Format::Gltf, b"\xef\xbb\xbf \n { \"asset\": 1}"),
             (Format::Gltf, b"{}"),
             (Format::Stl, &stl),
             (Format::Stl, b"SOLID\n facet normal 0 0 1\n"),
             (Format::Stl, b"solid x\nendsolid x\n"),
+            (Format::Stl, b"\t solid x\n end solid x\n"),
             (Format::Off, b"# a\n\nSTCNOFF\n"),
             (Format::Off, b" OFF8 6 12 # or nah"),
             (Format::Off, b"4nOFF 4"),
@@ -416,6 +445,46 @@ mod tests {
         ] {
             assert_eq!(decided(name, bytes), Err(expected), "{name}");
         }
+    }
+
+    #[test]
+    fn text_in_utf_16_is_named_whatever_its_format() {
+        let texts = [
+            ("a.obj", "v 0 0 0\nf 1 1 1\n"),
+            ("a.ply", "ply\nformat ascii 1.0\n"),
+            ("a.off", "OFF\n1 0 0\n"),
+            ("a.stl", "solid a\nendsolid a\n"),
+            ("a.xyz", "1 2 3\n"),
+            ("a.gltf", "{\"asset\": {}}"),
+            ("a", "1 2 3\n"),
+            ("a.obj", "# nothing\n"),
+        ];
+        let expected = "text in UTF-16 is not supported; save it as UTF-8";
+        for bytes in [u16::to_le_bytes, u16::to_be_bytes] {
+            for mark in ["", "\u{feff}"] {
+                for (name, text) in texts {
+                    let text = format!("{mark}{text}");
+                    let bytes: Vec<u8> = text.encode_utf16().flat_map(bytes).collect();
+                    assert_eq!(decided(name, &bytes), Err(expected.to_owned()), "{name}");
+                    assert!(check_encoding(&bytes).is_err(), "{name}");
+                }
+            }
+        }
+        // What would not be read in UTF-8 is something else.
+        let bytes: Vec<u8> = "some notes\n"
+            .encode_utf16()
+            .flat_map(u16::to_le_bytes)
+            .collect();
+        assert!(
+            decided("a.txt", &bytes)
+                .unwrap_err()
+                .contains("not a known format")
+        );
+        // The header of a binary file may be anything.
+        let mut stl = binary_stl(1);
+        stl[..2].copy_from_slice(&[0xff, 0xfe]);
+        assert_eq!(decided("a.stl", &stl), Ok(Format::Stl));
+        assert!(check_encoding(&stl).is_ok());
     }
 
     #[cfg(target_os = "linux")]

@@ -9,7 +9,7 @@ use crate::atomic::write_atomically;
 use crate::export::Export;
 use crate::polygons::Polygons;
 use crate::scene::Scene;
-use crate::{ReadError, ReadFault, WriteError, WriteFault, detect, gltf, obj, off, ply};
+use crate::{ReadError, ReadFault, Warning, WriteError, WriteFault, detect, gltf, obj, off, ply};
 use crate::{stl, xyz};
 
 /// The file formats that are read and written.
@@ -86,6 +86,7 @@ pub struct Document {
     uvs: Option<Uvs>,
     labels: Labels,
     diagonals: Vec<[u32; 2]>,
+    warnings: Vec<Warning>,
     source: Source,
 }
 
@@ -165,6 +166,7 @@ pub(crate) struct Parsed<S> {
     pub uvs: Option<Uvs>,
     pub labels: Labels,
     pub diagonals: Vec<[u32; 2]>,
+    pub warnings: Vec<Warning>,
     pub source: S,
 }
 
@@ -239,6 +241,7 @@ impl<S> Parsed<S> {
             surface: self.surface,
             uvs: self.uvs,
             diagonals: self.diagonals,
+            warnings: self.warnings,
             source: source(self.source),
         }
     }
@@ -252,6 +255,7 @@ impl Document {
             uvs: None,
             labels: Labels::default(),
             diagonals: Vec::new(),
+            warnings: Vec::new(),
             source: Source::None,
         }
     }
@@ -261,6 +265,7 @@ impl Document {
     /// # Errors
     /// As [`read_surface`].
     pub fn from_bytes(format: Format, bytes: Vec<u8>) -> Result<Self, ReadFault> {
+        detect::check_encoding(&bytes)?;
         parse(format, Content::Bytes(bytes))
     }
 
@@ -294,6 +299,11 @@ impl Document {
     /// polygon. Each by its vertices.
     pub fn diagonals(&self) -> &[[u32; 2]] {
         &self.diagonals
+    }
+
+    /// What was left out of the file, for the user to know.
+    pub fn warnings(&self) -> &[Warning] {
+        &self.warnings
     }
 
     /// The files beside this one that what is written is made of as well: buffers and images

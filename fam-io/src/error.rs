@@ -57,6 +57,9 @@ pub enum ReadFault {
         /// The number there is (or, in a file of fixed sizes, that there can be at most).
         found: u64,
     },
+    /// A text in UTF-16, whatever its format.
+    #[error("text in UTF-16 is not supported; save it as UTF-8")]
+    Utf16,
     /// A part of the format that is not read.
     #[error("{0} not supported")]
     Unsupported(String),

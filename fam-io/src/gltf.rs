@@ -94,6 +94,7 @@ pub(crate) fn parse(content: Content) -> Result<Parsed<Source>, ReadFault> {
         labels: read::labels(package, &geometry),
         surface,
         diagonals: Vec::new(),
+        warnings: Vec::new(),
         source: Source {
             loaded,
             geometry,

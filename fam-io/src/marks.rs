@@ -20,6 +20,7 @@ use serde::Deserialize;
 
 use crate::ReadFault;
 use crate::obj::Lines;
+use crate::text::utf16;
 
 /// How far from a vertex of the mesh one of a line may be, as a share of the diagonal of the
 /// mesh's bounding box: the six decimals that are usual in OBJ suffice down to sizes of a
@@ -48,6 +49,9 @@ impl MarkedEdges {
     /// The file breaks the rules of its format, it marks nothing, or nothing of what it marks
     /// is an edge of the mesh.
     pub fn from_bytes(bytes: &[u8], mesh: &TriangleMesh) -> Result<Self, ReadFault> {
+        if utf16(bytes).is_some() {
+            return Err(ReadFault::Utf16);
+        }
         let edges = Edges::of(mesh);
         let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let marked = match text.trim_ascii_start().first() {

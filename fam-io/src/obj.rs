@@ -102,6 +102,7 @@ pub(crate) fn parse(content: Content) -> Result<Parsed<Source>, ReadFault> {
         uvs,
         labels,
         diagonals: faces.vertices.diagonals(),
+        warnings: Vec::new(),
         source: Source {
             content,
             fingerprint: model.fingerprint,

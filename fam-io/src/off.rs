@@ -74,8 +74,8 @@ impl Row {
 /// The lines that are not empty, without their comments.
 fn rows(bytes: &[u8]) -> impl Iterator<Item = Row> + '_ {
     lines(bytes).filter_map(|line| {
-        let mut text = line.text;
-        if let Some(comment) = bytes[text.clone()].iter().position(|&b| b == b'#') {
+        let mut text = line.text.clone();
+        if let Some(comment) = text::comment(&bytes[line.text.clone()]) {
             text.end = text.start + comment;
         }
         let blank = bytes[text.clone()].iter().all(|&b| is_blank(b));
@@ -146,6 +146,7 @@ pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
         uvs,
         labels: Labels::default(),
         diagonals: polygons.diagonals(),
+        warnings: Vec::new(),
         source: Source {
             letters,
             keyword,

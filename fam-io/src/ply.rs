@@ -8,6 +8,8 @@
 //! - The element `vertex` has the scalars `x`, `y`, `z`, possibly `nx`, `ny`, `nz`, the colour
 //!   `red`, `green`, `blue` (possibly with `alpha`; integers up to the largest of their type,
 //!   or 0 to 1), and UVs as `s`, `t`, as `u`, `v` or as `texture_u`, `texture_v`.
+//! - Points of a cloud with a coordinate that is NaN or infinite are left out of the surface,
+//!   with a warning.
 //! - The element `face` has a list of zero-based vertices, `vertex_indices` or `vertex_index`
 //!   (upper case and missing underscores are the same). Faces of fewer than three corners are
 //!   no part of the surface. Without faces it is a point cloud.
@@ -24,7 +26,7 @@
 //! of a vertex, `float s` and `float t`, and the only ones: older ones go, and so does a list
 //! `texcoord` of the faces. A vertex with several UVs is split, its copies come after the last
 //! vertex. A vertex in no face has the UV 0 0. A polygon with a seam inside becomes triangles;
-//! triangle strips become faces.
+//! triangle strips become faces. A point that was left out stays, with NaN as its UV.
 
 mod body;
 mod header;
@@ -36,11 +38,12 @@ use std::io;
 use fam_surface::{SurfaceError, UvMap};
 
 use self::body::{Entries, Table};
-pub(crate) use self::records::Records;
+pub(crate) use self::records::{Block, Records};
 
 use self::header::{Element, Header, Kind, Scalar};
 use crate::color::linear_color;
 use crate::document::{Parsed, surface, vertex_uvs};
+use crate::kept::Kept;
 use crate::polygons::{Polygons, fan, vertex};
 use crate::scene::{Mesh, Scene, corner_normals};
 use crate::{Labels, ReadFault, Uvs};
@@ -58,6 +61,8 @@ pub(crate) struct Source {
     vertices: usize,
     faces: Faces,
     polygons: Polygons,
+    /// Which entries of the vertices the surface has.
+    kept: Kept,
 }
 
 /// Where the polygons come from.
@@ -88,6 +93,7 @@ pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
         vertices,
         faces: Faces::None,
         polygons: Polygons::default(),
+        kept: Kept::default(),
     };
     let vertex = source.table(vertices);
     let scalars = |names| vertex.element.scalars(names);
@@ -102,9 +108,15 @@ pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
         .map(|uvs| uvs.into_iter().map(|uv| uv.map(|c| c as f32)).collect());
 
     (source.faces, source.polygons) = source.read_faces(positions.len())?;
-    let surface = surface(positions, &source.polygons, normals)?;
+    if source.polygons.len() == 0 {
+        source.kept = Kept::of(&positions);
+        source.check_left_out(xyz)?;
+    }
+    let warnings = source.kept.warnings()?;
+    let normals = normals.map(|normals| source.kept.only(normals));
+    let surface = surface(source.kept.only(positions), &source.polygons, normals)?;
     let uvs = match uvs {
-        Some(uvs) => vertex_uvs(&surface, uvs),
+        Some(uvs) => vertex_uvs(&surface, source.kept.only(uvs)),
         None => source.read_corner_uvs(),
     };
     Ok(Parsed {
@@ -112,6 +124,7 @@ pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
         uvs,
         labels: Labels::default(),
         diagonals: source.polygons.diagonals(),
+        warnings,
         source,
     })
 }
@@ -148,6 +161,16 @@ impl Source {
         let vertex = self.table(self.vertices);
         let columns = vertex.element.scalars(["nx", "ny", "nz"])?;
         Some(vertex.columns(columns))
+    }
+
+    /// Checks that words are numbers where points are left out.
+    fn check_left_out(&self, xyz: [(usize, Scalar); 3]) -> Result<(), ReadFault> {
+        let vertex = self.table(self.vertices);
+        let mut left_out = self.kept.left_out().iter();
+        match left_out.find(|&&at| !vertex.has_numbers(at, xyz)) {
+            Some(&index) => Err(SurfaceError::NonFinitePosition { index }.into()),
+            None => Ok(()),
+        }
     }
 
     fn read_faces(&self, vertices: usize) -> Result<(Faces, Polygons), ReadFault> {
@@ -266,9 +289,10 @@ impl Source {
         };
         let normals = self.normals();
         Ok(Scene::of_mesh(Mesh {
-            positions: vertex.columns(xyz),
-            colors: self.colors(),
-            normals: normals.map(|normals| corner_normals(&self.polygons, &normals)),
+            positions: self.kept.only(vertex.columns(xyz)),
+            colors: self.colors().map(|colors| self.kept.only(colors)),
+            normals: normals
+                .map(|normals| corner_normals(&self.polygons, &self.kept.only(normals))),
             polygons: self.polygons.clone(),
             ..Mesh::default()
         }))

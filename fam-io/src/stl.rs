@@ -3,9 +3,11 @@
 //! - A binary file has 80 bytes of any content, the number of facets and 50 bytes for each
 //!   facet; more bytes after them are not looked at. A file is binary if it has exactly this
 //!   size, even if it starts with `solid`, or if it does not start with `solid`.
-//! - An ASCII file has one statement per line, in upper or lower case: `solid`, `facet`,
-//!   `outer loop`, three times `vertex`, `endloop`, `endfacet`, `endsolid`. Names may be
-//!   missing. Coordinates are read in double precision.
+//! - An ASCII file has these statements, in upper or lower case: `solid`, `facet`,
+//!   `outer loop`, three times `vertex`, `endloop`, `endfacet`, `endsolid`. The last three may
+//!   be two words, as in `end loop`. Statements may share a line or go over several; only the
+//!   name of a solid ends with its line, and may be missing. Coordinates are read in double
+//!   precision.
 //! - Facets have exactly three corners. Their normals and attributes are not looked at.
 //!
 //! Corners of exactly equal coordinates (−0 equals 0) are one vertex; vertices are in the order
@@ -14,13 +16,13 @@
 //!
 //! The format has no place for UVs, so such files are not written.
 
-use std::collections::HashMap;
-use std::ops::Range;
+mod ascii;
+mod facets;
 
 use crate::document::{Parsed, surface};
-use crate::polygons::Polygons;
-use crate::text::{coordinate, excerpt, is_blank, lines, syntax, words};
+use crate::text::{is_blank, lines, words};
 use crate::{Labels, ReadFault};
+use facets::Facets;
 
 const HEADER: usize = 84;
 const FACET: usize = 50;
@@ -32,7 +34,7 @@ pub(crate) struct Source;
 pub(crate) fn parse(bytes: &[u8]) -> Result<Parsed<Source>, ReadFault> {
     let mut facets = Facets::default();
     if is_ascii(bytes) {
-        read_ascii(bytes, &mut facets)?;
+        ascii::read(bytes, &mut facets)?;
     } else {
         read_binary(bytes, &mut facets)?;
     }
@@ -46,6 +48,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Parsed<Source>, ReadFault> {
         uvs: None,
         labels,
         diagonals: Vec::new(),
+        warnings: Vec::new(),
         source: Source,
     })
 }
@@ -72,39 +75,6 @@ fn starts_with_solid(bytes: &[u8]) -> bool {
         .map(|line| words(bytes, line.text, is_blank))
         .find_map(|words| words.first().cloned())
         .is_some_and(|word| bytes[word].eq_ignore_ascii_case(b"solid"))
-}
-
-/// Facets with their equal corners made one.
-#[derive(Default)]
-struct Facets {
-    positions: Vec<[f64; 3]>,
-    polygons: Polygons,
-    /// The solid of every facet, counting those that have some.
-    solids: Vec<u32>,
-    solid: u32,
-    vertices: HashMap<[u64; 3], u32>,
-}
-
-impl Facets {
-    fn push(&mut self, corners: [[f64; 3]; 3]) {
-        let vertices = corners.map(|corner| {
-            // Adding zero makes −0 and 0 one.
-            let key = corner.map(|c| (c + 0.0).to_bits());
-            *self.vertices.entry(key).or_insert_with(|| {
-                self.positions.push(corner);
-                (self.positions.len() - 1) as u32
-            })
-        });
-        self.polygons.push(vertices);
-        self.solids.push(self.solid);
-    }
-
-    fn end_solid(&mut self) {
-        if !self.vertices.is_empty() {
-            self.vertices.clear();
-            self.solid += 1;
-        }
-    }
 }
 
 fn read_binary(bytes: &[u8], facets: &mut Facets) -> Result<(), ReadFault> {
@@ -137,60 +107,6 @@ fn read_binary(bytes: &[u8], facets: &mut Facets) -> Result<(), ReadFault> {
         facets.push(corners);
     }
     Ok(())
-}
-
-fn read_ascii(bytes: &[u8], facets: &mut Facets) -> Result<(), ReadFault> {
-    let mut in_solid = false;
-    // The corners of the facet that is being read.
-    let mut facet: Option<Vec<[f64; 3]>> = None;
-    for line in lines(bytes) {
-        let words = words(bytes, line.text, is_blank);
-        let Some(word) = words.first() else {
-            continue;
-        };
-        let word = &bytes[word.clone()];
-        let misplaced = || {
-            let statement = excerpt(word);
-            syntax(line.number, format!("`{statement}` is not expected here"))
-        };
-        match (word.to_ascii_lowercase().as_slice(), &mut facet) {
-            (b"solid", None) if !in_solid => in_solid = true,
-            (b"endsolid", None) if in_solid => {
-                in_solid = false;
-                facets.end_solid();
-            }
-            (b"facet", None) if in_solid => facet = Some(Vec::new()),
-            (b"outer" | b"endloop", Some(_)) => {}
-            (b"vertex", Some(corners)) => corners.push(vertex(bytes, &words, line.number)?),
-            (b"endfacet", Some(corners)) => {
-                let corners = corners.as_slice().try_into().map_err(|_| {
-                    let count = corners.len();
-                    syntax(line.number, format!("a facet has 3 vertices, not {count}"))
-                })?;
-                facets.push(corners);
-                facet = None;
-            }
-            _ => return Err(misplaced()),
-        }
-    }
-    if in_solid {
-        return Err(ReadFault::Malformed(
-            "the file ends before the end of a solid".to_owned(),
-        ));
-    }
-    Ok(())
-}
-
-fn vertex(bytes: &[u8], words: &[Range<usize>], line: usize) -> Result<[f64; 3], ReadFault> {
-    let [_, x, y, z] = words else {
-        let count = words.len() - 1;
-        return Err(syntax(
-            line,
-            format!("a vertex has 3 coordinates, not {count}"),
-        ));
-    };
-    let number = |word: &Range<usize>| coordinate(&bytes[word.clone()], line);
-    Ok([number(x)?, number(y)?, number(z)?])
 }
 
 #[cfg(test)]
@@ -283,6 +199,29 @@ mod tests {
     }
 
     #[test]
+    fn ascii_statements_are_told_by_words_and_not_by_lines() {
+        let usual = format!("solid a\n{FACET_TEXT}endsolid\nsolid b\n{FACET_TEXT}endsolid\n");
+        let expected = mesh(usual.as_bytes());
+        let facet = "facet normal -1.#IND nan(ind) 0 outer\tloop vertex 0 0 0 vertex 1.000000000001 0\r0 \
+                     vertex 1 -1 0 end\rloop END Facet";
+        for text in [
+            usual
+                .replace("endloop", "end loop")
+                .replace("EndFacet", "end facet"),
+            usual
+                .replace("endsolid", "\t End  Solid facet")
+                .replace("solid a", "\n \tsolid a"),
+            usual.replace("\r\n", "\n").replace('\n', "\r"),
+            usual.replace("facet normal nan 0 0", "color 1 0 0\nfacet\nnormal\n0 0 1"),
+            usual.replace("endloop", "endloop more"),
+            format!("\u{feff}solid a\r{facet} endsolid\rsolid b\r{facet} {facet}\rendsolid")
+                .replacen(&format!(" {facet}\rend"), "\rend", 1),
+        ] {
+            assert_eq!(mesh(text.as_bytes()), expected, "{text}");
+        }
+    }
+
+    #[test]
     fn ascii_faults_name_the_line() {
         for (text, expected) in [
             ("solid a\nendsolid", "it has no vertices"),
@@ -315,6 +254,13 @@ mod tests {
                 "the file ends before the end of a solid",
             ),
             ("solid a\n", "the file ends before the end of a solid"),
+            ("solid a\nend\n", "the file ends before the end of a solid"),
+            ("solid a\nend x\n", "line 2: `x` is not expected here"),
+            ("solid a\nface\n", "line 2: `face` is not expected here"),
+            (
+                "solid a\nfacet\nvertex 0 0 0 0\n",
+                "line 3: a vertex has 3 coordinates, not 4",
+            ),
         ] {
             assert_eq!(fault(text.as_bytes()), expected, "{text}");
         }

@@ -8,11 +8,10 @@ use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use fam_surface::SurfaceError;
-
 use crate::document::{check_count, is_finite, write_file};
+use crate::kept::{self, Kept};
 use crate::text::{Edits, Line, lines};
-use crate::{Format, ReadError, ReadFault, WriteError, WriteFault, detect, ply, xyz};
+use crate::{Format, ReadError, ReadFault, Warning, WriteError, WriteFault, detect, ply, xyz};
 
 /// Points of a binary file that are read at once.
 const POINTS: usize = 1 << 16;
@@ -25,12 +24,13 @@ const BYTES: usize = 1 << 22;
 pub struct CloudStream {
     path: PathBuf,
     cloud: Cloud,
+    warnings: Vec<Warning>,
 }
 
 #[derive(Debug)]
 enum Cloud {
     Xyz(xyz::Columns),
-    Ply(ply::Records),
+    Ply(Box<ply::Records>),
 }
 
 /// Why a cloud was not written again.
@@ -48,18 +48,24 @@ pub enum StreamError {
 }
 
 impl CloudStream {
-    /// The cloud in a file; none if the file is of another kind, or a pipe. Text is read to its end
-    /// once, to find out what its columns are.
+    /// The cloud in a file; none if the file is of another kind, or a pipe. It is read to its end
+    /// once, to find out what the columns of a text are, and which points are left out.
     ///
     /// # Errors
     /// The file cannot be read, or it breaks the rules of its format.
     pub fn open(path: impl AsRef<Path>) -> Result<Option<Self>, ReadError> {
         let path = path.as_ref();
         let cloud = open(path).map_err(|fault| at(path, fault))?;
-        Ok(cloud.map(|cloud| Self {
+        Ok(cloud.map(|(cloud, warnings)| Self {
             path: path.to_owned(),
             cloud,
+            warnings,
         }))
+    }
+
+    /// What is left out of the file, for the user to know.
+    pub fn warnings(&self) -> &[Warning] {
+        &self.warnings
     }
 
     /// The format of the file.
@@ -71,11 +77,11 @@ impl CloudStream {
     }
 
     /// Writes the file again, in its own format, with the UVs that `uvs` gives some points at a
-    /// time, one each and in their order, in the place of any UVs it had; none to break off.
+    /// time, one each and in their order, in the place of any UVs it had; none to break off. Only
+    /// points with finite coordinates are shown to it.
     ///
     /// # Errors
-    /// The file cannot be read any more or the copy not be written, a coordinate or a UV is not
-    /// finite, there is not one UV for each point, or `uvs` breaks off. There is no copy then.
+    /// The file cannot be read any more or the copy not be written, a UV is not finite, there is not one UV for each point, or `uvs` breaks off. There is no copy then.
     pub fn write_uvs(
         &self,
         path: impl AsRef<Path>,
@@ -127,13 +133,19 @@ impl CloudStream {
         for block in TextBlocks::open(&self.path).map_err(ReadFault::from)? {
             let block = block.map_err(ReadFault::from)?;
             let (mut points, mut positions) = (Vec::new(), Vec::new());
+            let mut edits = Edits::default();
             for line in block.lines() {
-                if let Some(point) = reader.line(&block.bytes, &line)? {
-                    points.push(point.columns);
-                    positions.push(point.position);
+                let Some(point) = reader.line(&block.bytes, &line)? else {
+                    continue;
+                };
+                match point.position {
+                    Some(position) => {
+                        points.push(point.columns);
+                        positions.push(position);
+                    }
+                    None => columns.edit_left_out(&block.bytes, point.columns, &mut edits),
                 }
             }
-            let mut edits = Edits::default();
             if std::mem::take(&mut is_first) {
                 columns.edit_header(&block.bytes, &mut edits);
             }
@@ -153,22 +165,17 @@ impl CloudStream {
         uvs: &mut CheckedUvs,
         out: &mut dyn Write,
     ) -> Result<(), Stop> {
-        let open = || {
-            let mut file = BufReader::new(File::open(&self.path)?);
-            file.seek(SeekFrom::Start(records.start()))?;
-            Ok::<_, io::Error>(file)
-        };
-        let mut file = open().map_err(ReadFault::from)?;
         records.write_header(out)?;
-        let mut done = 0;
-        while done < records.count {
-            let count = (records.count - done).min(POINTS as u64) as usize;
-            let block = records.read(count, &mut file).map_err(ReadFault::from)?;
-            let positions = records.positions(&block, done as usize);
-            let positions = positions.map_err(ReadFault::from)?;
-            block.write(uvs(&positions)?, out)?;
-            done += count as u64;
-        }
+        let mut file = read_records(&self.path, records, |block| {
+            let positions = records.positions(&block);
+            let kept = Kept::of(&positions);
+            let positions = kept.only(positions);
+            let uvs = match positions.is_empty() {
+                true => Vec::new(),
+                false => uvs(&positions)?,
+            };
+            Ok::<_, Stop>(block.write(kept.uvs_of_all(&uvs), out)?)
+        })?;
         // What a file has beyond its points stays.
         io::copy(&mut file, out)?;
         Ok(())
@@ -209,7 +216,29 @@ fn at(path: &Path, fault: ReadFault) -> ReadError {
     }
 }
 
-fn open(path: &Path) -> Result<Option<Cloud>, ReadFault> {
+/// Shows `each` of the blocks of a binary file; returns the file, which is read as far as the
+/// points go.
+fn read_records<E: From<ReadFault>>(
+    path: &Path,
+    records: &ply::Records,
+    mut each: impl FnMut(ply::Block) -> Result<(), E>,
+) -> Result<BufReader<File>, E> {
+    let open = || {
+        let mut file = BufReader::new(File::open(path)?);
+        file.seek(SeekFrom::Start(records.start()))?;
+        Ok::<_, io::Error>(file)
+    };
+    let mut file = open().map_err(ReadFault::from)?;
+    let mut done = 0;
+    while done < records.count {
+        let count = (records.count - done).min(POINTS as u64) as usize;
+        each(records.read(count, &mut file).map_err(ReadFault::from)?)?;
+        done += count as u64;
+    }
+    Ok(file)
+}
+
+fn open(path: &Path) -> Result<Option<(Cloud, Vec<Warning>)>, ReadFault> {
     let metadata = std::fs::metadata(path)?;
     if !metadata.is_file() {
         return Ok(None);
@@ -217,7 +246,18 @@ fn open(path: &Path) -> Result<Option<Cloud>, ReadFault> {
     match detect::format_of(path)? {
         Format::Ply => {
             let mut file = File::open(path)?;
-            Ok(ply::Records::open(&mut file, metadata.len())?.map(Cloud::Ply))
+            let Some(records) = ply::Records::open(&mut file, metadata.len())? else {
+                return Ok(None);
+            };
+            let (mut left_out, mut total) = (0, 0);
+            read_records(path, &records, |block| {
+                let positions = records.positions(&block);
+                left_out += Kept::of(&positions).left_out().len();
+                total += positions.len();
+                Ok::<_, ReadFault>(())
+            })?;
+            let warnings = kept::warnings(left_out, total)?;
+            Ok(Some((Cloud::Ply(Box::new(records)), warnings)))
         }
         Format::Xyz => {
             let mut reader = xyz::Reader::default();
@@ -227,8 +267,8 @@ fn open(path: &Path) -> Result<Option<Cloud>, ReadFault> {
                     reader.line(&block.bytes, &line)?;
                 }
             }
-            let columns = reader.finish().ok_or(SurfaceError::NoVertices)?;
-            Ok(Some(Cloud::Xyz(columns)))
+            let (columns, warnings) = reader.finish()?;
+            Ok(Some((Cloud::Xyz(columns), warnings)))
         }
         _ => Ok(None),
     }

@@ -109,9 +109,77 @@ pub(crate) fn parse<T: FromStr>(word: &[u8]) -> Option<T> {
     std::str::from_utf8(word).ok()?.parse().ok()
 }
 
+/// A word as a number; also NaN or infinite, in any spelling that programs write.
+pub(crate) fn number<T: FromStr + From<f32>>(word: &[u8]) -> Option<T> {
+    parse(word).or_else(|| is_nan_of_c(word).then(|| f32::NAN.into()))
+}
+
+/// Whether a word is a NaN or an infinity that C libraries write and Rust does not read:
+/// `-nan(ind)`, `1.#QNAN`, `-1.#IND00` or `1.#INF`.
+pub(crate) fn is_nan_of_c(word: &[u8]) -> bool {
+    let unsigned = match word {
+        [b'+' | b'-', unsigned @ ..] => unsigned,
+        _ => word,
+    };
+    match unsigned {
+        [b'1', b'.', rest @ ..] => starts_nan_of_c(rest),
+        [name @ .., b')'] => name
+            .get(..4)
+            .is_some_and(|start| start.eq_ignore_ascii_case(b"nan(")),
+        _ => false,
+    }
+}
+
+/// Whether this is what follows the `1.` in such a word.
+fn starts_nan_of_c(text: &[u8]) -> bool {
+    [&b"#IND"[..], b"#INF", b"#QNAN", b"#SNAN"]
+        .iter()
+        .any(|name| {
+            text.get(..name.len())
+                .is_some_and(|start| start.eq_ignore_ascii_case(name))
+        })
+}
+
+/// Where the comment of a line starts: at a `#`, unless that is part of a number as `1.#IND`.
+pub(crate) fn comment(line: &[u8]) -> Option<usize> {
+    line.iter().enumerate().position(|(at, &byte)| {
+        byte == b'#' && !(line[..at].ends_with(b"1.") && starts_nan_of_c(&line[at..]))
+    })
+}
+
+/// The text that a file starts with, if it is in UTF-16: it has a byte order mark, or every other
+/// byte is zero and the ones between them are no control characters.
+pub(crate) fn utf16(start: &[u8]) -> Option<String> {
+    /// Bytes that tell, without a mark: more than the header of a binary STL file, which may
+    /// have any content.
+    const LOOKED_AT: usize = 256;
+    /// Characters that it takes, without a mark.
+    const FEWEST: usize = 4;
+    let (units, _) = start.as_chunks();
+    let decode = |number: fn([u8; 2]) -> u16| {
+        let units: Vec<u16> = units.iter().map(|unit| number(*unit)).collect();
+        Some(String::from_utf16_lossy(&units))
+    };
+    match units {
+        [[0xff, 0xfe], ..] => return decode(u16::from_le_bytes),
+        [[0xfe, 0xff], ..] => return decode(u16::from_be_bytes),
+        _ => {}
+    }
+    let first = &units[..units.len().min(LOOKED_AT / 2)];
+    let is_character = |byte: u8| byte >= b' ' || byte.is_ascii_whitespace();
+    let little = |&[low, high]: &[u8; 2]| high == 0 && is_character(low);
+    let big = |&[high, low]: &[u8; 2]| high == 0 && is_character(low);
+    match first {
+        _ if first.len() < FEWEST => None,
+        _ if first.iter().all(little) => decode(u16::from_le_bytes),
+        _ if first.iter().all(big) => decode(u16::from_be_bytes),
+        _ => None,
+    }
+}
+
 /// A word as a finite coordinate.
 pub(crate) fn coordinate(word: &[u8], line: usize) -> Result<f64, ReadFault> {
-    match parse::<f64>(word) {
+    match number::<f64>(word) {
         Some(value) if value.is_finite() => Ok(value),
         Some(_) => Err(syntax(
             line,
@@ -195,6 +263,55 @@ mod tests {
         assert_eq!(words(b" ab  c\t", 0..7, is_blank), [1..3, 5..6]);
         assert_eq!(words(b"ab", 0..2, is_blank), vec![0..2]);
         assert_eq!(words(b"ab", 1..1, is_blank), Vec::<Range<usize>>::new());
+    }
+
+    #[test]
+    fn numbers_that_are_not_finite_have_many_spellings() {
+        for word in [
+            "nan",
+            "-NaN",
+            "inf",
+            "-Infinity",
+            "nan(ind)",
+            "-nan(ind)",
+            "NAN(0x7fc00000)",
+            "1.#QNAN",
+            "-1.#IND00",
+            "1.#INF",
+            "-1.#inf00",
+            "+1.#SNAN",
+        ] {
+            let found = number::<f64>(word.as_bytes());
+            assert!(found.is_some_and(|n| !n.is_finite()), "{word}");
+            assert_eq!(comment(word.as_bytes()), None, "{word}");
+        }
+        for word in ["", "1.#", "1.#2", "2.#IND", "nan)", "nan(", "x", "1.#QNA"] {
+            assert_eq!(number::<f64>(word.as_bytes()), None, "{word}");
+        }
+        assert_eq!(number::<f32>(b"0.1"), Some(0.1));
+        assert_eq!(comment(b"1.#IND 1.# a # b"), Some(9));
+        assert_eq!(comment(b"#1.#IND"), Some(0));
+    }
+
+    #[test]
+    fn utf_16_shows_by_its_mark_or_its_zeros() {
+        let encode = |text: &str, bytes: fn(u16) -> [u8; 2]| -> Vec<u8> {
+            text.encode_utf16().flat_map(bytes).collect()
+        };
+        for bytes in [u16::to_le_bytes, u16::to_be_bytes] {
+            for text in ["\u{feff}", "\u{feff}# \u{4e16}", "v 1\r\n\t\u{e4}"] {
+                assert_eq!(utf16(&encode(text, bytes)).as_deref(), Some(text));
+            }
+            assert_eq!(utf16(&encode("v 1", bytes)), None, "too short to tell");
+            assert_eq!(utf16(&encode("\u{1}\u{2}\u{3}\u{4}", bytes)), None);
+        }
+        for bytes in [&b"v 1 2 3\n"[..], b"", b"\xff", &[0; 64]] {
+            assert_eq!(utf16(bytes), None);
+        }
+        // A header of wide characters before binary content.
+        let mut binary = encode(&"solid".repeat(8), u16::to_le_bytes);
+        binary.extend([1, 2, 3, 4]);
+        assert_eq!(utf16(&binary), None);
     }
 
     #[test]

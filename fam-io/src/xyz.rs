@@ -1,8 +1,8 @@
 //! XYZ: a point cloud as lines of columns.
 //!
 //! Columns are separated by blanks, commas or semicolons; the first three are the
-//! coordinates. `#` and `//` start comments. The first line with content may be the number
-//! of points or the names of the columns; the number is not looked at.
+//! coordinates. `#` and `//` start comments. Before the points there may be a line with their
+//! number, which is not looked at, and one with the names of the columns.
 //!
 //! - Columns 4 to 6 are normals if every point has them and each is of unit length to within
 //!   0.01; otherwise they are taken for something else and only kept.
@@ -11,8 +11,11 @@
 //! - The last two columns are UVs if a line before the first point, comment or not, names the
 //!   columns and ends in `u v`.
 //!
+//! Points with a coordinate that is NaN or infinite, in any spelling, are left out of the
+//! surface, with a warning.
+//!
 //! Writing keeps every line and adds the UV as two columns, or replaces the one that is
-//! there. A first line `# … u v` that names the columns is added if there is none.
+//! there. A point that was left out gets NaN as its UV, or keeps what it has. A first line `# … u v` that names the columns is added if there is none.
 
 use std::io::{self, Write};
 use std::ops::Range;
@@ -21,10 +24,11 @@ use fam_surface::{Surface, SurfaceError, vector};
 
 use crate::color::linear_color;
 use crate::document::{Parsed, surface, vertex_uvs};
+use crate::kept::{self, NO_UV};
 use crate::polygons::Polygons;
 use crate::scene::Scene;
-use crate::text::{self, Edits, Line, coordinate, lines, words};
-use crate::{Labels, ReadFault, Uvs};
+use crate::text::{self, Edits, Line, lines, words};
+use crate::{Labels, ReadFault, Uvs, Warning};
 
 const UNIT_TOLERANCE: f64 = 1e-2;
 
@@ -32,8 +36,10 @@ const UNIT_TOLERANCE: f64 = 1e-2;
 #[derive(Debug, Clone)]
 pub(crate) struct Source {
     bytes: Vec<u8>,
-    /// The columns of every point.
+    /// The columns of every point of the surface.
     points: Vec<Range<usize>>,
+    /// The columns of the points that are left out.
+    left_out: Vec<Range<usize>>,
     columns: Columns,
 }
 
@@ -52,13 +58,17 @@ pub(crate) struct Columns {
 pub(crate) struct Point {
     /// From the first of its columns to the last.
     pub columns: Range<usize>,
-    pub position: [f64; 3],
+    /// None for a point that is left out.
+    pub position: Option<[f64; 3]>,
 }
 
 /// Reads the lines of a file one after the other, and finds out what its columns are.
 #[derive(Debug, Default)]
 pub(crate) struct Reader {
-    started: bool,
+    /// Whether the line of the number of points is over.
+    counted: bool,
+    /// Whether the line of the names is over.
+    titled: bool,
     headers: Vec<Vec<String>>,
     /// Of the first point.
     width: Option<usize>,
@@ -68,6 +78,10 @@ pub(crate) struct Reader {
     without_uv: bool,
     /// Whether a point has no normal, if its last two columns are a UV and if they are not.
     without_normal: [bool; 2],
+    /// Points with finite coordinates.
+    kept: usize,
+    /// Points with others.
+    left_out: usize,
 }
 
 impl Reader {
@@ -85,21 +99,38 @@ impl Reader {
             }
             return Ok(None);
         }
-        let is_first = !std::mem::replace(&mut self.started, true);
-        let is_number = |word: &Range<usize>| text::parse::<f64>(&bytes[word.clone()]).is_some();
-        if is_first && data.len() == 1 && is_number(&data[0]) {
+        let number = |word: &Range<usize>| text::number::<f64>(&bytes[word.clone()]);
+        let is_number = |word: &Range<usize>| number(word).is_some();
+        let is_count = data.len() == 1 && is_number(&data[0]);
+        if is_count && !std::mem::replace(&mut self.counted, true) {
             return Ok(None);
         }
-        if is_first && !data.iter().any(is_number) {
+        let is_title = !data.iter().any(is_number);
+        if is_title && !std::mem::replace(&mut self.titled, true) {
             self.headers.push(texts(&data));
             return Ok(None);
         }
+        (self.counted, self.titled) = (true, true);
         if data.len() < 3 {
             let problem = format!("a point has three columns or more, not {}", data.len());
             return Err(text::syntax(line.number, problem));
         }
-        let coordinate = |at: usize| coordinate(&bytes[data[at].clone()], line.number);
-        let position = [coordinate(0)?, coordinate(1)?, coordinate(2)?];
+        let point = |position| Point {
+            columns: data[0].start..data[data.len() - 1].end,
+            position,
+        };
+        let mut position = [0.0; 3];
+        for (place, word) in position.iter_mut().zip(&data) {
+            *place = number(word).ok_or_else(|| {
+                let found = text::excerpt(&bytes[word.clone()]);
+                text::syntax(line.number, format!("`{found}` is not a number"))
+            })?;
+        }
+        if !position.iter().all(|c| c.is_finite()) {
+            self.left_out += 1;
+            return Ok(Some(point(None)));
+        }
+        self.kept += 1;
         if self.width.is_none() {
             self.width = Some(data.len());
             self.named = self.headers.iter().any(|names| ends_in_uv(names));
@@ -109,23 +140,25 @@ impl Reader {
         for (without, length) in self.without_normal.iter_mut().zip(lengths) {
             *without |= unit_normal(bytes, &data[..length]).is_none();
         }
-        Ok(Some(Point {
-            columns: data[0].start..data[data.len() - 1].end,
-            position,
-        }))
+        Ok(Some(point(Some(position))))
     }
 
-    /// After the last line; none if there was no point.
-    pub fn finish(self) -> Option<Columns> {
-        let width = self.width?;
+    /// After the last line: what the columns are, and what was left out.
+    ///
+    /// # Errors
+    /// There was no point with finite coordinates.
+    pub fn finish(self) -> Result<(Columns, Vec<Warning>), ReadFault> {
+        let warnings = kept::warnings(self.left_out, self.left_out + self.kept)?;
+        let width = self.width.ok_or(SurfaceError::NoVertices)?;
         let has_uvs = self.named && !self.without_uv;
         let mut headers = self.headers.into_iter();
-        Some(Columns {
+        let columns = Columns {
             width,
             names: headers.rfind(|names| names.len() == width),
             has_uvs,
             has_normals: !self.without_normal[if has_uvs { 0 } else { 1 }],
-        })
+        };
+        Ok((columns, warnings))
     }
 }
 
@@ -140,6 +173,14 @@ impl Columns {
         } else {
             let added = format_args!("{separator}{u}{separator}{v}");
             edits.replace(point.end..point.end, added);
+        }
+    }
+
+    /// Adds a UV that is none to a point that is left out.
+    pub fn edit_left_out(&self, bytes: &[u8], point: Range<usize>, edits: &mut Edits) {
+        // Where there are UVs, it may have some of its own, or too few columns.
+        if !self.has_uvs {
+            self.edit(bytes, point, NO_UV, edits);
         }
     }
 
@@ -183,7 +224,7 @@ fn columns(bytes: &[u8], range: Range<usize>) -> Vec<Range<usize>> {
 /// Splits a line into its columns and the words of its comment.
 fn split_comment(bytes: &[u8], line: Range<usize>) -> (Range<usize>, Vec<Range<usize>>) {
     let text = &bytes[line.clone()];
-    let hash = text.iter().position(|&b| b == b'#');
+    let hash = text::comment(text);
     let slashes = text.windows(2).position(|two| two == b"//");
     match hash.into_iter().chain(slashes).min() {
         Some(length) => {
@@ -198,15 +239,20 @@ fn split_comment(bytes: &[u8], line: Range<usize>) -> (Range<usize>, Vec<Range<u
 
 pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
     let mut reader = Reader::default();
-    let mut points = Vec::new();
+    let (mut points, mut left_out) = (Vec::new(), Vec::new());
     let mut positions = Vec::new();
     for line in lines(&bytes) {
         if let Some(point) = reader.line(&bytes, &line)? {
-            points.push(point.columns);
-            positions.push(point.position);
+            match point.position {
+                Some(position) => {
+                    points.push(point.columns);
+                    positions.push(position);
+                }
+                None => left_out.push(point.columns),
+            }
         }
     }
-    let found = reader.finish().ok_or(SurfaceError::NoVertices)?;
+    let (found, warnings) = reader.finish()?;
     let each = || points.iter().map(|point| columns(&bytes, point.clone()));
     let uvs = |c: Vec<Range<usize>>| uv(&bytes, &c);
     let uvs = found.has_uvs.then(|| each().filter_map(uvs).collect());
@@ -221,9 +267,11 @@ pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
         uvs,
         labels: Labels::default(),
         diagonals: Vec::new(),
+        warnings,
         source: Source {
             bytes,
             points,
+            left_out,
             columns: found,
         },
     })
@@ -231,7 +279,7 @@ pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
 
 /// The last two columns of a point, if they are numbers.
 fn uv(bytes: &[u8], columns: &[Range<usize>]) -> Option<[f32; 2]> {
-    let number = |word: &Range<usize>| text::parse::<f32>(&bytes[word.clone()]);
+    let number = |word: &Range<usize>| text::number::<f32>(&bytes[word.clone()]);
     match columns {
         [_, _, _, .., u, v] => Some([number(u)?, number(v)?]),
         _ => None,
@@ -247,7 +295,7 @@ fn ends_in_uv(names: &[String]) -> bool {
 
 /// Columns 4 to 6, if they are a normal.
 fn unit_normal(bytes: &[u8], columns: &[Range<usize>]) -> Option<[f64; 3]> {
-    let number = |at: usize| text::parse::<f64>(&bytes[columns.get(at)?.clone()]);
+    let number = |at: usize| text::number::<f64>(&bytes[columns.get(at)?.clone()]);
     let normal = [number(3)?, number(4)?, number(5)?];
     ((vector::length(normal) - 1.0).abs() <= UNIT_TOLERANCE).then_some(normal)
 }
@@ -291,6 +339,10 @@ impl Source {
         for (point, uv) in self.points.iter().zip(uvs) {
             self.columns
                 .edit(&self.bytes, point.clone(), *uv, &mut edits);
+        }
+        for point in &self.left_out {
+            self.columns
+                .edit_left_out(&self.bytes, point.clone(), &mut edits);
         }
         edits.apply(&self.bytes, out)
     }

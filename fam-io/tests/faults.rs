@@ -196,8 +196,8 @@ fn faults_are_one_line_with_the_reason() {
         ),
         (
             "d.xyz",
-            "1 2 3\n1 2 inf\n".into(),
-            ": line 2: `inf` is not a finite number",
+            "1 2 inf\nnan nan nan\n".into(),
+            ": none of its 2 points has finite coordinates",
         ),
         ("a.fbx", String::new(), ": FBX is not supported"),
         (

@@ -9,7 +9,7 @@ mod round_trips;
 use std::io::Cursor;
 
 use common::Folder;
-use fam_io::{Document, Format, Uvs, WriteOptions};
+use fam_io::{Document, Format, Uvs, Warning, WriteOptions};
 use fam_surface::{Surface, TriangleMesh, UvMap};
 use proptest::prelude::*;
 
@@ -529,4 +529,75 @@ fn without(element: &Element, names: &[&str]) -> Element {
             .collect(),
         rows: element.rows.iter().map(keep).collect(),
     }
+}
+
+#[test]
+fn points_that_are_not_finite_are_left_out_with_a_warning() {
+    let options = WriteOptions::default();
+    let header = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
+                  property float z\nproperty uchar red\nproperty uchar green\n\
+                  property uchar blue\n";
+    let rows = "nan -nan(ind) 1.#QNAN 1 2 3\n1 2 3 255 0 0\n4 5 inf 1 2 3\n6 7 8 0 255 0\n";
+    let with_uvs = "nan -nan(ind) 1.#QNAN 1 2 3 NaN NaN\n1 2 3 255 0 0 0.25 1\n\
+                    4 5 inf 1 2 3 NaN NaN\n6 7 8 0 255 0 0.5 0\n";
+    let uv = "property float s\nproperty float t\n";
+    for (format, text, expected) in [
+        (
+            Format::Ply,
+            format!("{header}end_header\n{rows}"),
+            format!("{header}{uv}end_header\n{with_uvs}"),
+        ),
+        (
+            Format::Xyz,
+            format!("4\nX Y Z R G B\n{rows}"),
+            format!("# X Y Z R G B u v\n4\nX Y Z R G B\n{with_uvs}"),
+        ),
+    ] {
+        let document = Document::from_bytes(format, text.into_bytes()).unwrap();
+        let points = document.surface().positions();
+        assert_eq!(points, [[1.0, 2.0, 3.0], [6.0, 7.0, 8.0]]);
+        let warning = Warning::PointsLeftOut {
+            left_out: 2,
+            total: 4,
+        };
+        assert_eq!(document.warnings(), [warning]);
+        let uvs = Uvs::Points(vec![[0.25, 1.0], [0.5, 0.0]]);
+        let write = |format| {
+            let mut out = Vec::new();
+            document.write_to(&uvs, format, &options, &mut out).unwrap();
+            String::from_utf8(out).unwrap()
+        };
+        assert_eq!(write(format), expected);
+        // Converted, only the others are there.
+        let colored = "v 1 2 3 1 0 0\nv 6 7 8 0 1 0\nvt 0.25 1\nvt 0.5 0\n";
+        assert!(write(Format::Obj).ends_with(colored));
+        // The UVs are there when it is read again.
+        let again = Document::from_bytes(format, expected.into_bytes()).unwrap();
+        assert_eq!(again.point_uvs(), Some(&[[0.25, 1.0], [0.5, 0.0]][..]));
+        let mut out = Vec::new();
+        again.write_to(&uvs, format, &options, &mut out).unwrap();
+        assert_eq!(String::from_utf8(out).unwrap(), write(format));
+    }
+    // A word that is no number is a fault, and so is a corner that is nowhere.
+    for (text, fault) in [
+        (
+            format!("{header}end_header\n{}", rows.replace("inf", "x")),
+            "vertex 2 has a coordinate that is not a finite number",
+        ),
+        (
+            format!(
+                "{header}element face 1\nproperty list uchar int vertex_index\nend_header\n\
+                 {rows}3 0 1 2\n"
+            ),
+            "vertex 0 has a coordinate that is not a finite number",
+        ),
+    ] {
+        let read = Document::from_bytes(Format::Ply, text.into_bytes());
+        assert_eq!(read.unwrap_err().to_string(), fault);
+    }
+    for text in ["4\nX Y Z\n5\n1 2 3", "X Y Z\nX Y Z\n1 2 3", "1 2 3\n4\n"] {
+        assert!(Document::from_bytes(Format::Xyz, text.into()).is_err());
+    }
+    let counted = Document::from_bytes(Format::Xyz, "X Y Z\n1\n1 2 3".into());
+    assert_eq!(counted.unwrap().surface().positions().len(), 1);
 }

@@ -24,6 +24,7 @@ fn both_ways(name: &str, content: &[u8]) {
         .unwrap();
     let stream = CloudStream::open(path(name)).unwrap().unwrap();
     assert_eq!(stream.format(), document.format());
+    assert_eq!(stream.warnings(), document.warnings());
     let pieces = path(&format!("pieces-{name}"));
     let mut largest = 0;
     let some = |points: &[[f64; 3]]| {
@@ -117,6 +118,41 @@ fn binary_points_are_the_same_in_pieces_and_as_a_whole() {
 }
 
 #[test]
+fn points_that_are_left_out_are_the_same_in_pieces_and_as_a_whole() {
+    let nan = "nan\tnan\tnan\t0\r\n\r\n";
+    let row = |i: usize| match i % 1000 {
+        0 => nan.to_owned(),
+        1 => "-nan(ind)\t1.#QNAN\t0\r\n".to_owned(),
+        _ => format!("{i}\t0\t{}\t7\r\n", i % 9),
+    };
+    both_ways(
+        "nan.xyz",
+        format!("X Y Z I\r\n\r\n{}", rows(row)).as_bytes(),
+    );
+    both_ways(
+        "nan-uv.xyz",
+        format!("# x y u z v\n{nan}1 2 3 .5 .5\n").as_bytes(),
+    );
+    both_ways(
+        "nan-has-uv.xyz",
+        format!("# x y z u v\n{nan}1 2 3 .5 .5\n").as_bytes(),
+    );
+
+    let header = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {POINTS}\nproperty float x\n\
+         property float y\nproperty float z\nend_header\n"
+    );
+    let mut content = header.into_bytes();
+    for i in 0..POINTS {
+        // A whole block has no point.
+        let is_nan = i % 1000 == 1 || (1 << 16..1 << 17).contains(&i);
+        let x = if is_nan { f32::NAN } else { i as f32 };
+        content.extend([x, 0.0, 1.0].iter().flat_map(|c| c.to_le_bytes()));
+    }
+    both_ways("nan.ply", &content);
+}
+
+#[test]
 fn other_files_are_no_streams() {
     let folder = tempfile::tempdir().unwrap();
     let ascii = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n\
@@ -165,11 +201,11 @@ fn faults_are_found_and_leave_no_file() {
     assert_eq!(CloudStream::open(&ply).unwrap_err().to_string(), whole);
 
     let out = folder.path().join("out.ply");
-    fs::write(&ply, [header(2), vec![0; 12], vec![255; 12]].concat()).unwrap();
+    // All bits set are NaN.
+    fs::write(&ply, [header(2), vec![255; 24]].concat()).unwrap();
     let whole = read_surface(&ply).unwrap_err().to_string();
-    let stream = CloudStream::open(&ply).unwrap().unwrap();
-    let error = stream.write_uvs(&out, |points| Some(vec![[0.0; 2]; points.len()]));
-    assert_eq!(error.unwrap_err().to_string(), whole);
+    assert!(whole.ends_with("none of its 2 points has finite coordinates"));
+    assert_eq!(CloudStream::open(&ply).unwrap_err().to_string(), whole);
 
     fs::write(&ply, [header(2), vec![0; 24]].concat()).unwrap();
     let stream = CloudStream::open(&ply).unwrap().unwrap();

@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use crate::ReadFault;
-use crate::text::syntax;
+use crate::text::{is_nan_of_c, syntax};
 
 use super::statements::Statement;
 
@@ -50,8 +50,12 @@ impl NumberReader {
         text.extend_from_slice(statement.keyword());
         for word in statement.words().take(used) {
             text.push(b' ');
-            // What is not ASCII is no number, but might be a blank to others.
-            text.extend_from_slice(if word.is_ascii() { word } else { b"?" });
+            text.extend_from_slice(match word {
+                _ if is_nan_of_c(word) => b"nan",
+                // What is not ASCII is no number, but might be a blank to others.
+                _ if !word.is_ascii() => b"?",
+                _ => word,
+            });
         }
         // A texture may have one dimension.
         if table == 1 && found == 1 {
@@ -224,6 +228,15 @@ mod tests {
             numbers.positions,
             [[1., 1., 0.5], [1e5, 0.01, 0.], [-5., 7., 1.]]
         );
+    }
+
+    #[test]
+    fn numbers_that_are_not_finite_are_no_fault_of_uvs_and_normals() {
+        let text = "v 1 2 3\nvt -1.#IND00 1.#QNAN # none\nvt 1 2\nvn -nan(ind) 1.#INF 0\n";
+        let numbers = read(text).unwrap();
+        assert!(numbers.uvs[0].iter().all(|c| c.is_nan()));
+        assert_eq!(numbers.uvs[1], [1.0, 2.0]);
+        assert!(numbers.normals[0][..2].iter().all(|c| c.is_nan()));
     }
 
     #[test]

@@ -6,7 +6,7 @@ use std::io::{self, BufRead, BufReader, ErrorKind};
 use std::ops::Range;
 
 use crate::document::Content;
-use crate::text::{is_blank, lines, push_words};
+use crate::text::{self, is_blank, lines, push_words};
 
 const MARK: &[u8] = b"\xef\xbb\xbf";
 const BUFFER: usize = 1 << 17;
@@ -138,7 +138,7 @@ impl<R: BufRead> Statements<R> {
                 start = mark;
             }
             let text = &self.bytes[start..end];
-            let comment = text.iter().position(|&byte| byte == b'#');
+            let comment = text::comment(text);
             let continues = comment.is_none() && text.ends_with(b"\\");
             end = comment.map_or(end - usize::from(continues), |at| start + at);
             push_words(&self.bytes, start..end, is_blank, &mut self.words);

@@ -249,11 +249,21 @@ impl<'a> Table<'a> {
             if encoding == Encoding::Ascii {
                 let word = next_word(bytes, at)?;
                 at = word.end;
-                return Some(text::parse(&bytes[word]));
+                return Some(text::number(&bytes[word]));
             }
             let number = &bytes[at..at + scalar.size()];
             at += scalar.size();
             Some(Some(binary(number, scalar, encoding)))
+        })
+    }
+
+    /// Whether the words of all of these scalars of an entry are numbers.
+    pub fn has_numbers<const N: usize>(&self, entry: usize, columns: [(usize, Scalar); N]) -> bool {
+        let mut cells = Vec::new();
+        self.cells(self.entries.starts[entry], &mut cells);
+        columns.iter().all(|&(column, scalar)| {
+            let number = self.numbers(Kind::Scalar(scalar), cells[column].clone());
+            number.flatten().next().is_some()
         })
     }
 

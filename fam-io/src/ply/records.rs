@@ -2,13 +2,12 @@
 
 use std::io::{self, Read, Write};
 
-use fam_surface::SurfaceError;
-
 use super::body::Entries;
 use super::header::{Element, Encoding, Header, Kind, Scalar};
 use super::write::{Changes, Vertices};
 use super::{Faces, Source};
 use crate::ReadFault;
+use crate::kept::Kept;
 use crate::polygons::Polygons;
 
 /// Longest header that is looked for.
@@ -97,17 +96,9 @@ impl Records {
         Ok(Block(block))
     }
 
-    /// Where the points of a block are; `first` is the number of its first.
-    ///
-    /// # Errors
-    /// A coordinate that is not finite.
-    pub fn positions(&self, block: &Block, first: usize) -> Result<Vec<[f64; 3]>, SurfaceError> {
-        let positions = block.0.table(block.0.vertices).columns(self.xyz);
-        let broken = |p: &[f64; 3]| !p.iter().all(|c| c.is_finite());
-        match positions.iter().position(broken) {
-            Some(at) => Err(SurfaceError::NonFinitePosition { index: first + at }),
-            None => Ok(positions),
-        }
+    /// Where the points of a block are; some may not be finite.
+    pub fn positions(&self, block: &Block) -> Vec<[f64; 3]> {
+        block.0.table(block.0.vertices).columns(self.xyz)
     }
 
     /// The header with the properties of the UVs.
@@ -145,6 +136,7 @@ fn source(header: Header, vertices: usize, bytes: Vec<u8>) -> Source {
         vertices,
         faces: Faces::None,
         polygons: Polygons::default(),
+        kept: Kept::default(),
     }
 }
 

@@ -100,7 +100,7 @@ impl Source {
             Uvs::Mesh(uvs) => self.vertex_changes(uvs),
             Uvs::Points(uvs) => Changes {
                 vertices: Some(Vertices {
-                    uvs: uvs.clone(),
+                    uvs: self.kept.uvs_of_all(uvs),
                     added: Vec::new(),
                 }),
                 faces: None,
