@@ -38,9 +38,10 @@ pub struct Components {
 
 /// What becomes of triangles that repeat an earlier one: over the same three vertices, or as
 /// part of a sheet each of whose triangles lies at the positions of another.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Duplicates {
     /// They share its UVs.
+    #[default]
     Share,
     /// They have UVs of their own, in components of their own, as lightmaps need.
     Separate,

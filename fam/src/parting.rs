@@ -2,6 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use fam_core::atlas::Division;
+use fam_surface::Duplicates;
+
 /// Which triangles belong together, and which share a UV square.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Parting {
@@ -10,6 +13,8 @@ pub struct Parting {
     pub labels: Vec<u32>,
     /// For every label the UV square that its charts are in. Empty if all share one.
     pub squares: Vec<u32>,
+    /// What becomes of triangles that repeat others.
+    pub duplicates: Duplicates,
 }
 
 impl Parting {
@@ -17,7 +22,7 @@ impl Parting {
     pub fn by_object(objects: &[u32]) -> Self {
         Self {
             labels: objects.to_vec(),
-            squares: Vec::new(),
+            ..Self::default()
         }
     }
 
@@ -45,6 +50,16 @@ impl Parting {
         Self {
             labels: materials.iter().enumerate().map(label).collect(),
             squares,
+            duplicates: Duplicates::default(),
+        }
+    }
+
+    /// How the networks' training is told of it.
+    pub fn division(&self) -> Division<'_> {
+        Division {
+            labels: &self.labels,
+            squares: &self.squares,
+            duplicates: self.duplicates,
         }
     }
 

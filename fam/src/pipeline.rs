@@ -55,7 +55,7 @@ pub fn unwrap_direct<M>(
         return Err(UnwrapError::CloudWithoutMap);
     };
     let parting = &options.parting;
-    let components = Components::of(mesh, &parting.labels)?;
+    let components = Components::with(mesh, &parting.labels, parting.duplicates)?;
     if components.conditioning.zero_area_triangles == mesh.triangles().len() {
         return Err(SurfaceError::TooSmall("its triangles have no area").into());
     }

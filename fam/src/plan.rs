@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use burn::tensor::backend::AutodiffBackend;
-use fam_core::atlas::{self, Division};
+use fam_core::atlas;
 use fam_core::training::{Strategies, TrainingConfig};
 use fam_surface::Surface;
 
@@ -147,10 +147,7 @@ impl Plan<'_> {
                 starts: 1,
                 ..config.clone()
             };
-            let division = Division {
-                labels: &self.parting.labels,
-                squares: &self.parting.squares,
-            };
+            let division = self.parting.division();
             let before = Instant::now();
             let mut interrupted = false;
             let strategies = strategies.clone();

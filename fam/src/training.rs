@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use burn::tensor::backend::AutodiffBackend;
-use fam_core::atlas::{self, Division, Flattened};
+use fam_core::atlas::{self, Flattened};
 use fam_core::training::{Strategies, TrainingConfig};
 use fam_surface::Surface;
 use fam_surface::seams::{SeamRule, SeamThreshold, Seams};
@@ -35,10 +35,7 @@ pub fn train<B: AutodiffBackend>(
     strategies: Strategies<B>,
     observe: impl FnMut(atlas::Progress) -> ControlFlow<()>,
 ) -> Result<Trained<B>, UnwrapError> {
-    let division = Division {
-        labels: &parting.labels,
-        squares: &parting.squares,
-    };
+    let division = parting.division();
     let flattened = atlas::flatten::<B>(config, surface, division, device, strategies, observe)
         .map_err(UnwrapError::Training)?;
     let mut hopeless = flattened.parts.iter().filter(|part| part.last.is_none());

@@ -136,6 +136,41 @@ fn a_single_triangle_is_laid_out_by_either_method() {
     }
 }
 
+/// A sheet given twice, front and back.
+#[test]
+fn the_sides_of_a_sheet_share_their_uvs_or_have_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let sheet = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nf 4 3 2 1\n";
+    fs::write(folder.join("sheet.obj"), sheet).unwrap();
+    for (option, charts) in [(&[][..], 1), (&["--separate-duplicates"], 2)] {
+        let run = succeeds(folder, &[&["unwrap", "sheet.obj"], option].concat());
+        assert!(!run.stderr.contains("warning"), "{}", run.stderr);
+        let report = json(&folder.join("sheet.fam/metrics.json"));
+        assert_eq!(report["finish"]["charts"], charts);
+        assert_eq!(report["mesh"]["overlapping_pairs"], 0);
+    }
+}
+
+#[test]
+fn rows_without_a_point_are_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let mut text = String::from("nan nan nan\n");
+    for p in shapes::bust(0.4).positions() {
+        text.push_str(&format!("{} {} {}\n", p[0], p[1], p[2]));
+    }
+    fs::write(folder.join("scan.xyz"), text).unwrap();
+    let run = succeeds(folder, &brief(&["scan.xyz", "-q"]));
+    let warnings: Vec<&str> = run
+        .stderr
+        .lines()
+        .filter(|l| l.contains("left out 1 "))
+        .collect();
+    assert_eq!(warnings.len(), 1, "{}", run.stderr);
+    assert!(warnings[0].starts_with("warning: scan.xyz: "));
+}
+
 /// The parts of a mesh are laid out side by side on all cores.
 #[test]
 fn the_number_of_threads_changes_no_byte() {

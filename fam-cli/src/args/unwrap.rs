@@ -55,6 +55,11 @@ pub struct Unwrap {
     #[arg(long)]
     pub per_material: bool,
 
+    /// Give triangles that coincide with others room of their own, as lightmaps need; else they
+    /// share UVs, as the two sides of a sheet do
+    #[arg(long)]
+    pub separate_duplicates: bool,
+
     /// Batch: also redo what is done
     #[arg(long)]
     pub force: bool,
@@ -216,6 +221,7 @@ impl Default for Unwrap {
             checker: false,
             seam_lines: false,
             per_material: false,
+            separate_duplicates: false,
             force: false,
             method: None,
             preset: None,

@@ -6,7 +6,7 @@ use burn::tensor::backend::AutodiffBackend;
 use fam::Parting;
 use fam_core::atlas::Atlas;
 use fam_core::training::Strategies;
-use fam_io::{CloudStream, Format, StreamError, Uvs, WriteFault, WriteOptions};
+use fam_io::{CloudStream, Format, StreamError, Uvs, Warning, WriteFault, WriteOptions};
 use fam_surface::Surface;
 
 use crate::args;
@@ -28,7 +28,13 @@ pub fn map(arguments: &args::Map) -> Result<ExitCode, Failure> {
         true => CloudStream::open(&arguments.input).map_err(Failure::input)?,
         false => None,
     };
+    let warn = |warnings: &[Warning]| {
+        for warning in warnings {
+            eprintln!("warning: {}: {warning}", arguments.input.display());
+        }
+    };
     if let Some(cloud) = stream {
+        warn(cloud.warnings());
         let stop = stop_on_interrupt(true)?;
         let out = &arguments.out;
         let copied = backend
@@ -47,6 +53,7 @@ pub fn map(arguments: &args::Map) -> Result<ExitCode, Failure> {
         };
     }
     let document = fam_io::read_surface(&arguments.input).map_err(Failure::input)?;
+    warn(document.warnings());
     let parting = parting(document.labels(), arguments.per_material);
     let uvs = backend
         .run(Evaluate {

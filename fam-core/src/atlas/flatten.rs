@@ -13,7 +13,7 @@ use crate::map::TrainedMap;
 use crate::sampling::poisson_disk;
 use crate::training::{Step, Strategies, Trainer, TrainingConfig, TrainingError};
 use fam_surface::seams::{SeamRule, SeamThreshold, Seams};
-use fam_surface::{Component, Components, Surface, SurfaceError, TriangleMesh};
+use fam_surface::{Component, Components, Duplicates, Surface, SurfaceError, TriangleMesh};
 
 /// Points of a component that tell it from the others when other points are mapped.
 const LANDMARKS: usize = 256;
@@ -33,6 +33,8 @@ pub struct Division<'a> {
     pub labels: &'a [u32],
     /// For every label the UV square that its components share. Empty if all share one.
     pub squares: &'a [u32],
+    /// What becomes of triangles that repeat others.
+    pub duplicates: Duplicates,
 }
 
 /// Where [`flatten`] is.
@@ -141,7 +143,7 @@ fn flatten_mesh<B: AutodiffBackend>(
     strategies: Strategies<B>,
     observe: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Flattened<B::InnerBackend>, TrainingError> {
-    let components = Components::of(mesh, division.labels)?;
+    let components = Components::with(mesh, division.labels, division.duplicates)?;
     if components.conditioning.zero_area_triangles == mesh.triangles().len() {
         return Err(SurfaceError::TooSmall("its triangles have no area").into());
     }

@@ -132,6 +132,7 @@ fn squares_are_filled_each_on_its_own() {
     let division = Division {
         labels: &labels,
         squares: &[0, 1, 0],
+        ..Division::default()
     };
     let flattened = run(&mesh, division, |_| ControlFlow::Continue(()));
     let boxes: Vec<_> = flattened.uvs.iter().map(|uvs| bounds(uvs)).collect();

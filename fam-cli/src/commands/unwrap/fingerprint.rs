@@ -21,7 +21,7 @@ impl Run {
         }
         let arguments = &self.arguments;
         let shaping = format!(
-            "{}\n{}\n{:?} {} {} {} {} {:?} {:?}",
+            "{}\n{}\n{:?} {} {} {} {} {} {:?} {:?}",
             env!("CARGO_PKG_VERSION"),
             serde_json::to_string(&self.config).map_err(Failure::work)?,
             arguments.format,
@@ -29,6 +29,7 @@ impl Run {
             arguments.checker,
             arguments.seam_lines,
             arguments.per_material,
+            arguments.separate_duplicates,
             arguments.seam_rule,
             arguments.time_budget,
         );

@@ -6,11 +6,12 @@ use std::time::{Duration, Instant};
 
 use burn::tensor::backend::AutodiffBackend;
 use fam::{
-    FinishMode, Options, Report, Training, UnwrapError, Unwrapped, Used, unwrap, unwrap_direct,
+    FinishMode, Options, Parting, Report, Training, UnwrapError, Unwrapped, Used, unwrap,
+    unwrap_direct,
 };
 use fam_core::training::{Strategies, TrainingError};
 use fam_io::{Document, Format, WriteOptions};
-use fam_surface::Surface;
+use fam_surface::{Duplicates, Surface};
 
 use super::summary::Summary;
 use crate::args;
@@ -135,11 +136,20 @@ impl Run {
             training: self.config.training.clone(),
             finish: self.config.finish.mode,
             layout: self.config.finish.config.clone(),
-            parting: parting(document.labels(), arguments.per_material),
+            parting: Parting {
+                duplicates: match arguments.separate_duplicates {
+                    true => Duplicates::Separate,
+                    false => Duplicates::Share,
+                },
+                ..parting(document.labels(), arguments.per_material)
+            },
             seam_rule: arguments.seam_rule.into(),
             time_budget: arguments.time_budget,
             marks: marked.marks.clone(),
         };
+        for warning in document.warnings() {
+            eprintln!("warning: {input}: {warning}");
+        }
         let started = Instant::now();
         let unwrapped = self
             .unwrapped(surface, &options, backend.as_ref())
