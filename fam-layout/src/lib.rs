@@ -1,4 +1,41 @@
-//! From a raw map to UVs that an artist can use.
+//! UV layouts of meshes: cut, flattened, refined and packed, without a network.
+//!
+//! ```
+//! use std::ops::ControlFlow;
+//!
+//! use fam_layout::{LayoutConfig, Marks, MeshInput, lay_out};
+//! use fam_surface::{Components, UvMap, shapes};
+//!
+//! # fn main() -> Result<(), fam_surface::SurfaceError> {
+//! let mesh = shapes::torus(1.0, 0.4, 24, 12);
+//! let components = Components::of(&mesh, &[])?;
+//! let marks = Marks::default();
+//! let input = MeshInput { components: &components, map: None, squares: &[], marks: &marks };
+//! let layout = lay_out(&LayoutConfig::default(), &input, &mut |_| ControlFlow::Continue(()));
+//! let maps: Vec<UvMap> = layout.components.iter().map(|c| c.uvs.clone()).collect();
+//! let uvs = components.uv_map(&maps)?; // a UV for every corner of the mesh, in the unit square
+//! assert!(layout.energy() <= 4.1 && uvs.triangles().len() == mesh.triangles().len());
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # The pipeline
+//!
+//! Every component goes through these stages, in folders of their names; those that are flat
+//! already skip all but the last.
+//!
+//! 1. `patch`: a component, coherently oriented, as half-edges that keep their numbers when it is
+//!    cut; `marks`: it is opened along the edges where somebody wants seams.
+//! 2. `costs`: what a seam along an edge costs: its length, less at creases and tears.
+//! 3. `cut`: the cheapest cuts that open it to a disk.
+//! 4. `solve`: flattened without flipped or overlapping triangles, with as little symmetric
+//!    Dirichlet energy as its boundary allows.
+//! 5. `refine`: cut further until its distortion is within the bound; seams that are not needed
+//!    for that are closed. Large ones are cut on simpler surfaces (`simplify`) first.
+//! 6. `divide`: what cannot be had in one piece becomes several charts.
+//! 7. `pack`: all charts side by side in the unit square, at one texel density.
+//!
+//! [`lay_out_cloud`] finds a surface through the points of a cloud first (`cloud`).
 
 #[cfg(test)]
 mod checks;
