@@ -41,7 +41,7 @@ pub(crate) use self::records::Records;
 use self::header::{Element, Header, Kind, Scalar};
 use crate::color::linear_color;
 use crate::document::{Parsed, surface, vertex_uvs};
-use crate::polygons::{Polygons, fan, vertex};
+use crate::polygons::{Polygons, vertex};
 use crate::scene::{Mesh, Scene, corner_normals};
 use crate::{Labels, ReadFault, Uvs};
 
@@ -102,6 +102,7 @@ pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
         .map(|uvs| uvs.into_iter().map(|uv| uv.map(|c| c as f32)).collect());
 
     (source.faces, source.polygons) = source.read_faces(positions.len())?;
+    source.polygons.divide(&positions);
     let surface = surface(positions, &source.polygons, normals)?;
     let uvs = match uvs {
         Some(uvs) => vertex_uvs(&surface, uvs),
@@ -230,7 +231,7 @@ impl Source {
             return None;
         }
         let corners_kind = table.element.properties[corners].kind;
-        let mut polygons = self.polygons.iter();
+        let mut polygons = self.polygons.divided();
         let (mut uvs, mut triangles) = (Vec::new(), Vec::new());
         let (mut cells, mut values) = (Vec::new(), Vec::new());
         for &start in &table.entries.starts {
@@ -242,12 +243,13 @@ impl Source {
             let numbers = table.numbers(kind, cells[column].clone());
             values.extend(numbers.map(|number| number.map_or(f32::NAN, |number| number as f32)));
             let (pairs, rest) = values.as_chunks::<2>();
-            if pairs.len() != polygons.next()?.len() || !rest.is_empty() {
+            let (polygon, division) = polygons.next()?;
+            if pairs.len() != polygon.len() || !rest.is_empty() {
                 return None;
             }
             let first = uvs.len() as u32;
             let indices: Vec<u32> = (first..).take(pairs.len()).collect();
-            triangles.extend(fan(&indices));
+            triangles.extend(division.of(&indices));
             uvs.extend_from_slice(pairs);
         }
         let map = UvMap::new(uvs, triangles).ok()?;
