@@ -59,6 +59,7 @@ use std::path::{Path, PathBuf};
 use fam_surface::{Surface, SurfaceError};
 
 use crate::document::{Content, Parsed, surface, vertex_uvs};
+use crate::polygons::Divisions;
 use crate::scene::Scene;
 use crate::{ReadFault, Uvs};
 use colors::Colors;
@@ -72,6 +73,7 @@ use statements::{Fingerprint, open};
 pub(crate) struct Source {
     content: Content,
     fingerprint: Fingerprint,
+    divisions: Divisions,
     libraries: Vec<String>,
 }
 
@@ -106,6 +108,7 @@ pub(crate) fn parse(content: Content) -> Result<Parsed<Source>, ReadFault> {
         source: Source {
             content,
             fingerprint: model.fingerprint,
+            divisions: faces.vertices.divisions().clone(),
             libraries: model.libraries,
         },
     })
@@ -115,7 +118,7 @@ impl Source {
     pub fn write(&self, uvs: &Uvs, out: &mut dyn Write) -> io::Result<()> {
         let input = open(&self.content)?;
         let written = match uvs {
-            Uvs::Mesh(uvs) => write::mesh(input, uvs, out)?,
+            Uvs::Mesh(uvs) => write::mesh(input, uvs, &self.divisions, out)?,
             Uvs::Points(uvs) => write::points(input, uvs, out)?,
         };
         if written == self.fingerprint {

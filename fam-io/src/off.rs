@@ -138,6 +138,7 @@ pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
             polygons.push(corners);
         }
     }
+    polygons.divide(&positions);
 
     let surface = surface(positions, &polygons, letters.normals.then_some(normals))?;
     let uvs = letters.uvs.then(|| vertex_uvs(&surface, uvs)).flatten();

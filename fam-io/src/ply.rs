@@ -44,7 +44,7 @@ use self::header::{Element, Header, Kind, Scalar};
 use crate::color::linear_color;
 use crate::document::{Parsed, surface, vertex_uvs};
 use crate::kept::Kept;
-use crate::polygons::{Polygons, fan, vertex};
+use crate::polygons::{Polygons, vertex};
 use crate::scene::{Mesh, Scene, corner_normals};
 use crate::{Labels, ReadFault, Uvs};
 
@@ -108,6 +108,7 @@ pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
         .map(|uvs| uvs.into_iter().map(|uv| uv.map(|c| c as f32)).collect());
 
     (source.faces, source.polygons) = source.read_faces(positions.len())?;
+    source.polygons.divide(&positions);
     if source.polygons.len() == 0 {
         source.kept = Kept::of(&positions);
         source.check_left_out(xyz)?;
@@ -253,7 +254,7 @@ impl Source {
             return None;
         }
         let corners_kind = table.element.properties[corners].kind;
-        let mut polygons = self.polygons.iter();
+        let mut polygons = self.polygons.divided();
         let (mut uvs, mut triangles) = (Vec::new(), Vec::new());
         let (mut cells, mut values) = (Vec::new(), Vec::new());
         for &start in &table.entries.starts {
@@ -265,12 +266,13 @@ impl Source {
             let numbers = table.numbers(kind, cells[column].clone());
             values.extend(numbers.map(|number| number.map_or(f32::NAN, |number| number as f32)));
             let (pairs, rest) = values.as_chunks::<2>();
-            if pairs.len() != polygons.next()?.len() || !rest.is_empty() {
+            let (polygon, division) = polygons.next()?;
+            if pairs.len() != polygon.len() || !rest.is_empty() {
                 return None;
             }
             let first = uvs.len() as u32;
             let indices: Vec<u32> = (first..).take(pairs.len()).collect();
-            triangles.extend(fan(&indices));
+            triangles.extend(division.of(&indices));
             uvs.extend_from_slice(pairs);
         }
         let map = UvMap::new(uvs, triangles).ok()?;

@@ -9,7 +9,7 @@ use crate::polygons::Polygons;
 
 /// Meshes or points, and where they are.
 ///
-/// The polygons of all meshes, in order, as fans, are the triangles of the document's surface.
+/// The triangles of the polygons of all meshes, in order, are the triangles of the document's surface.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Scene {
     pub materials: Vec<Material>,
@@ -147,9 +147,11 @@ impl Mesh {
                 polygons.push(face.iter().map(|&vertex| numbers[vertex as usize]));
             }
             let of_used = |colors: &Vec<_>| used.iter().map(|&v| colors[v as usize]).collect();
+            let positions: Vec<_> = used.iter().map(|&v| self.positions[v as usize]).collect();
+            polygons.divide(&positions);
             Self {
                 name: name.clone(),
-                positions: used.iter().map(|&v| self.positions[v as usize]).collect(),
+                positions,
                 colors: self.colors.as_ref().map(of_used),
                 polygons,
                 normals: self.normals.as_ref().map(|n| n[corners.clone()].to_vec()),

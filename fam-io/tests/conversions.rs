@@ -393,12 +393,20 @@ fn uv() -> impl Strategy<Value = [f32; 2]> {
     [number(), number()]
 }
 
-fn vertex(origin: [f64; 3]) -> impl Strategy<Value = Vertex> {
+/// Not far from the corner of this number of a regular polygon, so that faces are convex and
+/// become fans.
+fn place(number: usize, offset: [f64; 3]) -> [f64; 3] {
+    let (y, x) = (number as f64 * std::f64::consts::TAU / 12.0).sin_cos();
+    let [dx, dy, dz] = offset.map(|c| c / 100.0);
+    [10.0 * x + dx, 10.0 * y + dy, dz]
+}
+
+fn vertex() -> impl Strategy<Value = Vertex> {
     let offset = [-700..700, -700..700, -700..700].prop_map(|p| p.map(|c| f64::from(c) / 70.0));
     let direction = [-9..9, -9..9, 1..9].prop_map(|n| n.map(f64::from));
     let color = [any::<u8>(), any::<u8>(), any::<u8>()];
     (offset, direction, color, uv()).prop_map(move |(p, n, color, uv)| Vertex {
-        position: std::array::from_fn(|c| origin[c] + p[c]),
+        position: p,
         normal: n.map(|c| c / n.iter().map(|c| c * c).sum::<f64>().sqrt()),
         color,
         uv,
@@ -408,9 +416,13 @@ fn vertex(origin: [f64; 3]) -> impl Strategy<Value = Vertex> {
 fn vertices(least: usize) -> impl Strategy<Value = Vec<Vertex>> {
     let origins = vec![[0.0; 3], [665_187.522_077, 5_648_349.895_035, 241.767_693]];
     prop::sample::select(origins)
-        .prop_flat_map(move |origin| vec(vertex(origin), least..12))
-        // At least one colour that can be told from numbers between 0 and 1.
-        .prop_map(|mut vertices| {
+        .prop_flat_map(move |origin| (Just(origin), vec(vertex(), least..12)))
+        .prop_map(|(origin, mut vertices)| {
+            for (number, vertex) in vertices.iter_mut().enumerate() {
+                let place = place(number, vertex.position);
+                vertex.position = std::array::from_fn(|c| origin[c] + place[c]);
+            }
+            // At least one colour that can be told from numbers between 0 and 1.
             vertices[0].color[0] = 200;
             vertices
         })
@@ -418,7 +430,14 @@ fn vertices(least: usize) -> impl Strategy<Value = Vec<Vertex>> {
 
 fn face(vertices: usize) -> impl Strategy<Value = Face> {
     let all: Vec<u32> = (0..vertices as u32).collect();
-    let corners = prop::sample::subsequence(all, 3..=vertices.min(6)).prop_shuffle();
+    let corners = prop::sample::subsequence(all, 3..=vertices.min(6));
+    let corners = (corners, 0..3_usize, any::<bool>()).prop_map(|(mut corners, first, turned)| {
+        corners.rotate_left(first);
+        if turned {
+            corners.reverse();
+        }
+        corners
+    });
     let material = prop::option::of(0..MATERIALS.len());
     (any::<bool>(), material, corners, any::<bool>()).prop_flat_map(
         |(starts_object, material, corners, torn)| {

@@ -165,7 +165,9 @@ fn content(is_plain: bool) -> impl Strategy<Value = Content> {
     ];
     let others = if is_plain { &others[..5] } else { others };
     prop_oneof![
-        8 => (number(), number(), number(), extra).prop_map(|(x, y, z, more)| {
+        // On one line, so that faces have no area and become fans.
+        8 => (number(), number(), number(), extra).prop_map(|(x, mut y, mut z, more)| {
+            (y.value, z.value) = (-x.value, 2.0 * x.value);
             Content::Vertex([x, y, z], more)
         }),
         3 => vec(number(), uvs).prop_map(Content::Uv),
@@ -200,11 +202,8 @@ fn file(is_plain: bool) -> impl Strategy<Value = File> {
         any::<bool>(),
     );
     (vec(statement(is_plain), 1..40), form).prop_map(move |(mut statements, form)| {
-        let number = || Number {
-            value: 0.5,
-            style: 9,
-        };
-        let vertex = Content::Vertex([0; 3].map(|_| number()), Vec::new());
+        let number = |value| Number { value, style: 9 };
+        let vertex = Content::Vertex([0.5, -0.5, 1.0].map(number), Vec::new());
         statements.push(Statement {
             content: vertex,
             blanks: Vec::new(),

@@ -342,6 +342,54 @@ fn old_texture_references_do_not_dangle() {
     assert_eq!(String::from_utf8(output).unwrap(), expected);
 }
 
+/// A dart whose fan would fold over.
+#[test]
+fn a_concave_polygon_is_written_as_it_came() {
+    let folder = Folder::new();
+    let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
+         property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
+         0 0 0\n2 1 0\n0 2 0\n1 1 0\n4 2 3 0 1\n";
+    for (name, text, face) in [
+        (
+            "a.obj",
+            "v 0 0 0\nv 2 1 0\nv 0 2 0\nv 1 1 0\nf 3 4 1 2\n",
+            "f 3/3 4/4 1/1 2/2",
+        ),
+        (
+            "a.off",
+            "OFF\n4 1 0\n0 0 0\n2 1 0\n0 2 0\n1 1 0\n4 2 3 0 1\n",
+            "4 2 3 0 1",
+        ),
+        ("a.ply", ply, "4 2 3 0 1"),
+    ] {
+        let document = folder.read(name, text);
+        assert_eq!(
+            mesh(&document).triangles(),
+            [[1, 2, 3], [1, 3, 0]],
+            "{name}"
+        );
+        assert_eq!(document.diagonals(), [[3, 1]], "{name}");
+        let places = mesh(&document).positions().iter();
+        let uvs = places.map(|p| [p[0] as f32, p[1] as f32]).collect();
+        let uvs = UvMap::new(uvs, mesh(&document).triangles().to_vec()).unwrap();
+        let bytes = written(&folder, &document, &format!("b{name}"), &uvs);
+        let text = String::from_utf8(bytes.clone()).unwrap();
+        assert!(text.lines().any(|line| line == face), "{text}");
+        let again = folder.read(&format!("again-{name}"), bytes);
+        let map = again.uv_map().unwrap();
+        assert_eq!(map.triangles().len(), 2);
+        for t in 0..2 {
+            assert_eq!(map.corners(t), uvs.corners(t), "{name}");
+        }
+        // A seam along the diagonal.
+        let torn = UvMap::new(vec![[0.0; 2], [1.0; 2]], vec![[0; 3], [1; 3]]).unwrap();
+        let bytes = written(&folder, &document, &format!("c-{name}"), &torn);
+        let again = folder.read(&format!("torn-{name}"), bytes);
+        assert_eq!(mesh(&again).corners(0), mesh(&document).corners(0));
+        assert_eq!(again.uv_map().unwrap().corners(1), torn.corners(1));
+    }
+}
+
 #[test]
 fn a_seam_through_a_polygon_makes_triangles() {
     let folder = Folder::new();

@@ -39,7 +39,7 @@ pub(super) fn kinds(topology: &Topology) -> Vec<Kind> {
     // Those at the positions of an earlier triangle, with the first there.
     let mut repeated: Vec<[u32; 2]> = Vec::new();
     for place in places.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-        let Some((first, others)) = place.split_first().filter(|(_, others)| others.len() > 0)
+        let Some((first, others)) = place.split_first().filter(|(_, others)| !others.is_empty())
         else {
             continue;
         };

@@ -24,7 +24,7 @@ use serde_json::{Map, Value, json};
 
 use crate::color::unit_color;
 use crate::gltf::{Package, center, check_uv_set};
-use crate::polygons::fan;
+use crate::polygons::Division;
 use crate::scene::{Image, Material, Scene};
 use crate::{Format, WriteFault};
 
@@ -254,7 +254,12 @@ fn triangles(part: &Part, table: &VertexTable) -> Vec<(Option<u32>, Vec<u32>)> {
             triangles.push((material, Vec::new()));
             triangles.len() - 1
         });
-        triangles[place].1.extend(fan(corners).flatten());
+        let division = match corners.len() {
+            // It may be one of the triangles of a polygon.
+            3 => Division::TRIANGLE,
+            all => part.mesh.polygons.divisions().of(face.polygon, all),
+        };
+        triangles[place].1.extend(division.of(corners).flatten());
     }
     triangles
 }

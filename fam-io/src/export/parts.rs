@@ -84,8 +84,8 @@ impl Faces {
     fn next(mesh: &Mesh, pieces: &mut Pieces) -> Self {
         let mut faces = Self::default();
         let mut first = 0;
-        for (number, polygon) in mesh.polygons.iter().enumerate() {
-            for piece in pieces.next(polygon.len()) {
+        for (number, (polygon, division)) in mesh.polygons.divided().enumerate() {
+            for piece in pieces.next(division) {
                 faces.corners.extend(piece.iter().map(|&(at, uv)| Corner {
                     vertex: polygon[at],
                     uv,

@@ -2,7 +2,7 @@
 
 use fam_surface::{UvMap, vector};
 
-use crate::polygons::{Polygons, fan};
+use crate::polygons::Polygons;
 use crate::text::{excerpt, syntax};
 use crate::{ReadFault, Uvs};
 
@@ -86,15 +86,15 @@ impl Faces {
     }
 
     /// The normal of every vertex, zero where no corner gives one; `None` if none does. Several
-    /// are averaged over the triangles of the fans, so that it does not matter whether a face
-    /// is written as its fan.
+    /// are averaged over the triangles of the faces, so that it does not matter whether a face
+    /// is written as these.
     pub fn vertex_normals(&self, vertices: usize, normals: &[[f64; 3]]) -> Option<Vec<[f64; 3]>> {
         let mut only: Vec<Option<u32>> = Vec::new();
         let mut sums = Vec::new();
         let mut differ = Vec::new();
         let mut first_corner = 0;
-        for polygon in self.vertices.iter() {
-            for place in (2..polygon.len()).flat_map(|k| [0, k - 1, k]) {
+        for (polygon, division) in self.vertices.divided() {
+            for place in division.corners().flatten() {
                 let corner = first_corner + place;
                 let Some(normal) = self.normals.get(corner, normals.len()) else {
                     continue;
@@ -131,9 +131,9 @@ impl Faces {
         let corners = self.uvs.all(self.vertices.corners().len(), uvs.len())?;
         let mut rest = corners;
         let mut triangles = Vec::with_capacity(corners.len() - 2 * self.vertices.len());
-        for polygon in self.vertices.iter() {
+        for (polygon, division) in self.vertices.divided() {
             let (corners, others) = rest.split_at(polygon.len());
-            triangles.extend(fan(corners));
+            triangles.extend(division.of(corners));
             rest = others;
         }
         UvMap::new(uvs, triangles).ok().map(Uvs::Mesh)

@@ -49,6 +49,7 @@ impl Model {
         let numbers = numbers.finish()?;
         if !numbers.positions.is_empty() {
             faces.check(numbers.positions.len())?;
+            faces.vertices.divide(&numbers.positions);
         }
         Ok(Self {
             numbers,

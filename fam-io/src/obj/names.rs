@@ -64,7 +64,7 @@ impl Names {
             .collect()
     }
 
-    /// The index of the name of every triangle of the faces' fans; empty if none has one.
+    /// The index of the name of every triangle of the faces; empty if none has one.
     pub fn of_triangles(&self, faces: &Polygons) -> Vec<Option<u32>> {
         if self.used.is_empty() {
             return Vec::new();

@@ -4,7 +4,7 @@ use std::io::{self, BufRead, Write};
 
 use fam_surface::UvMap;
 
-use crate::polygons::{Piece, Pieces};
+use crate::polygons::{Divisions, Piece, Pieces};
 use crate::text;
 
 use super::corner::Corner;
@@ -19,12 +19,13 @@ pub(super) fn changed() -> io::Error {
 pub(super) fn mesh(
     input: impl BufRead,
     uvs: &UvMap,
+    divisions: &Divisions,
     out: &mut dyn Write,
 ) -> io::Result<Fingerprint> {
     let mut statements = Statements::new(input);
     let mut line_end = None;
     let mut pieces = Pieces::of(uvs);
-    let mut first_face = true;
+    let mut face = 0;
     let mut buffer = Vec::new();
     while let Some(statement) = statements.next()? {
         let line_end = *line_end.get_or_insert_with(|| text::line_end(statement.bytes));
@@ -32,16 +33,16 @@ pub(super) fn mesh(
         match statement.keyword() {
             b"vt" => {}
             b"f" | b"fo" if statement.arguments().len() >= 3 => {
-                if first_face {
+                if face == 0 {
                     write_uvs(uvs.uvs(), line_end, out)?;
-                    first_face = false;
                 }
-                let corners = statement.arguments().len();
-                if corners - 2 > pieces.remaining() {
+                let division = divisions.of(face, statement.arguments().len());
+                face += 1;
+                if division.len() > pieces.remaining() {
                     return Err(changed());
                 }
                 buffer.clear();
-                push_face(&statement, &pieces.next(corners), line_end, &mut buffer)?;
+                push_face(&statement, &pieces.next(division), line_end, &mut buffer)?;
                 out.write_all(&buffer)?;
             }
             _ => write_other(&statement, &mut buffer, out)?,

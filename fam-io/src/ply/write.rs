@@ -117,8 +117,8 @@ impl Source {
 
     fn corner_changes(&self, uvs: &UvMap) -> Changes {
         let mut pieces = Pieces::of(uvs);
-        let faces = self.polygons.iter().map(|polygon| {
-            let pieces = pieces.next(polygon.len()).into_iter();
+        let faces = self.polygons.divided().map(|(polygon, division)| {
+            let pieces = pieces.next(division).into_iter();
             let face = |piece: Vec<(usize, u32)>| Face {
                 vertices: piece.iter().map(|&(corner, _)| polygon[corner]).collect(),
                 uvs: piece
