@@ -9,7 +9,7 @@ use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use crate::{WriteError, WriteFault};
+use crate::error::{WriteError, WriteFault};
 
 /// Replaces the file at `path` by what `content` writes.
 ///
@@ -50,6 +50,25 @@ fn replace(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) 
     temporary.as_file().sync_all()?;
     temporary.persist(path).map_err(|failed| failed.error)?;
     Ok(())
+}
+
+/// Replaces the file at `path` as a whole or not at all, and keeps what the fault of `content`
+/// is.
+pub(crate) fn write_file(
+    path: &Path,
+    content: impl FnOnce(&mut dyn Write) -> Result<(), WriteFault>,
+) -> Result<(), WriteError> {
+    let mut fault = None;
+    write_atomically(path, |out| match content(out) {
+        Ok(()) => Ok(()),
+        Err(WriteFault::Io(error)) => Err(error),
+        Err(other) => {
+            let error = io::Error::other(other.to_string());
+            fault = Some(other);
+            Err(error)
+        }
+    })
+    .map_err(|error| fault.map_or(error, |fault| fault.at(path)))
 }
 
 #[cfg(test)]

@@ -14,11 +14,13 @@ use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
 
+use crate::error::ReadFault;
+use crate::format::Format;
 use crate::text::{self, is_blank, lines, words};
-use crate::{Format, ReadFault, document, stl};
+use crate::{content, stl};
 
 /// How much of a file is looked at.
-const LOOKED_AT: u64 = 1 << 16;
+pub(crate) const LOOKED_AT: u64 = 1 << 16;
 
 /// Formats that are not read, with their extensions.
 const UNSUPPORTED: [(&str, &[&str]); 11] = [
@@ -59,13 +61,13 @@ pub fn format_of(path: &Path) -> Result<Format, ReadFault> {
 
 /// The format of a file, and its content; in memory if it can be read only once, as that of a
 /// pipe.
-pub(crate) fn open_known(path: &Path) -> Result<(Format, document::Content), ReadFault> {
+pub(crate) fn open_known(path: &Path) -> Result<(Format, content::Content), ReadFault> {
     let mut opened = open(path)?;
     let content = if opened.is_file {
-        document::Content::File(path.to_owned())
+        content::Content::File(path.to_owned())
     } else {
         opened.file.read_to_end(&mut opened.start)?;
-        document::Content::Bytes(opened.start)
+        content::Content::Bytes(opened.start)
     };
     Ok((opened.format, content))
 }
@@ -485,30 +487,6 @@ mod tests {
         stl[..2].copy_from_slice(&[0xff, 0xfe]);
         assert_eq!(decided("a.stl", &stl), Ok(Format::Stl));
         assert!(check_encoding(&stl).is_ok());
-    }
-
-    #[cfg(target_os = "linux")]
-    #[test]
-    fn a_pipe_is_read_once() {
-        use std::io::Write;
-        use std::os::fd::AsRawFd;
-        let (line, uv) = ("v 1 2 3\n", [0.5, 1.0]);
-        // Less and more than what tells the format.
-        for count in [1, LOOKED_AT as usize / line.len() + 9] {
-            let (reader, mut writer) = std::io::pipe().unwrap();
-            let thread =
-                std::thread::spawn(move || writer.write_all(line.repeat(count).as_bytes()));
-            let path = format!("/proc/self/fd/{}", reader.as_raw_fd());
-            let document = crate::read_surface(path).unwrap();
-            thread.join().unwrap().unwrap();
-            let uvs = crate::Uvs::Points(vec![uv; count]);
-            let mut out = Vec::new();
-            document
-                .write_to(&uvs, Format::Obj, &crate::WriteOptions::default(), &mut out)
-                .unwrap();
-            let expected = line.repeat(count) + &"vt 0.5 1\n".repeat(count);
-            assert!(out == expected.as_bytes(), "{count} points");
-        }
     }
 
     #[test]

@@ -1,83 +1,21 @@
-use std::fmt;
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use fam_surface::{PointCloud, Surface, SurfaceError, TriangleMesh, UvMap};
+use fam_surface::{Surface, UvMap};
 
-use crate::atomic::write_atomically;
+use crate::atomic::{write_atomically, write_file};
+use crate::content::Content;
+use crate::error::{ReadError, ReadFault, WriteError, WriteFault};
 use crate::export::Export;
-use crate::polygons::Polygons;
+use crate::format::Format;
+use crate::labels::Labels;
+use crate::options::WriteOptions;
+use crate::parsed::Parsed;
 use crate::scene::Scene;
-use crate::{ReadError, ReadFault, Warning, WriteError, WriteFault, detect, gltf, obj, off, ply};
-use crate::{stl, xyz};
-
-/// The file formats that are read and written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Format {
-    /// Binary glTF 2.0.
-    Glb,
-    /// glTF 2.0 as JSON.
-    Gltf,
-    /// Wavefront OBJ.
-    Obj,
-    /// Object File Format.
-    Off,
-    /// Polygon File Format.
-    Ply,
-    /// Stereolithography, ASCII or binary. Read only: it has no place for UVs.
-    Stl,
-    /// Columns of numbers.
-    Xyz,
-}
-
-impl Format {
-    /// All formats.
-    pub const ALL: [Self; 7] = [
-        Self::Glb,
-        Self::Gltf,
-        Self::Obj,
-        Self::Off,
-        Self::Ply,
-        Self::Stl,
-        Self::Xyz,
-    ];
-
-    /// The usual extension of its files, in lower case, without a dot.
-    pub fn extension(self) -> &'static str {
-        match self {
-            Self::Glb => "glb",
-            Self::Gltf => "gltf",
-            Self::Obj => "obj",
-            Self::Off => "off",
-            Self::Ply => "ply",
-            Self::Stl => "stl",
-            Self::Xyz => "xyz",
-        }
-    }
-
-    /// The format that the extension of `path` stands for, in upper or lower case.
-    pub fn of_path(path: impl AsRef<Path>) -> Option<Self> {
-        let extension = path.as_ref().extension()?.to_str()?.to_ascii_lowercase();
-        Self::ALL
-            .into_iter()
-            .find(|format| format.extension() == extension)
-    }
-}
-
-impl fmt::Display for Format {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Glb => "GLB",
-            Self::Gltf => "glTF",
-            Self::Obj => "OBJ",
-            Self::Off => "OFF",
-            Self::Ply => "PLY",
-            Self::Stl => "STL",
-            Self::Xyz => "XYZ",
-        })
-    }
-}
+use crate::uvs::{Uvs, check_count, is_finite};
+use crate::warning::Warning;
+use crate::{detect, gltf, obj, off, ply, stl, xyz};
 
 /// A surface with the file it came from.
 #[derive(Debug, Clone)]
@@ -88,86 +26,6 @@ pub struct Document {
     diagonals: Vec<[u32; 2]>,
     warnings: Vec<Warning>,
     source: Source,
-}
-
-/// What the triangles of a mesh belong to.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Labels {
-    /// The object (OBJ) or mesh (glTF) of every triangle; empty where all are of one. Vertices
-    /// of different objects are never one, even if they coincide.
-    pub objects: Vec<u32>,
-    /// The material of every triangle, as index into `material_names`; empty where no triangle
-    /// has one.
-    pub materials: Vec<Option<u32>>,
-    /// The names of the materials; empty for one without a name.
-    pub material_names: Vec<String>,
-}
-
-impl Labels {
-    /// The same with objects that share a vertex as one: they hang together whatever their
-    /// names, and vertices that belong to no single object could not be told apart.
-    fn with_objects_apart(mut self, surface: &Surface) -> Self {
-        let (Surface::Mesh(mesh), Some(&last)) = (surface, self.objects.iter().max()) else {
-            return self;
-        };
-        let mut parents: Vec<u32> = (0..=last).collect();
-        // Every step to the root halves the way for those to come.
-        let root = |parents: &mut [u32], mut of: u32| {
-            while parents[of as usize] != of {
-                parents[of as usize] = parents[parents[of as usize] as usize];
-                of = parents[of as usize];
-            }
-            of
-        };
-        let mut owners: Vec<Option<u32>> = vec![None; mesh.positions().len()];
-        for (triangle, &object) in mesh.triangles().iter().zip(&self.objects) {
-            for &vertex in triangle {
-                let owner = *owners[vertex as usize].get_or_insert(object);
-                if owner != object {
-                    let (a, b) = (root(&mut parents, owner), root(&mut parents, object));
-                    parents[a.max(b) as usize] = a.min(b);
-                }
-            }
-        }
-        for object in &mut self.objects {
-            *object = root(&mut parents, *object);
-        }
-        let first = self.objects.first().copied();
-        if self.objects.iter().all(|&object| Some(object) == first) {
-            self.objects.clear();
-        }
-        self
-    }
-}
-
-/// How a file is written, beside its UVs.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct WriteOptions {
-    /// glTF: the set `TEXCOORD_n` that takes the UVs; other sets are kept.
-    pub uv_set: u32,
-    /// glTF: every mesh gets a material with a checker texture.
-    pub checker: bool,
-    /// glTF: edges, as pairs of vertices of the surface, to be added as a line primitive.
-    pub seam_lines: Vec<[u32; 2]>,
-}
-
-/// UVs of a surface.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Uvs {
-    /// Of a mesh.
-    Mesh(UvMap),
-    /// Of a point cloud, one per point.
-    Points(Vec<[f32; 2]>),
-}
-
-/// What a reader makes of a file: `S` is what its writer needs.
-pub(crate) struct Parsed<S> {
-    pub surface: Surface,
-    pub uvs: Option<Uvs>,
-    pub labels: Labels,
-    pub diagonals: Vec<[u32; 2]>,
-    pub warnings: Vec<Warning>,
-    pub source: S,
 }
 
 /// What it takes to write the file back.
@@ -181,25 +39,6 @@ enum Source {
     Ply(ply::Source),
     Stl(stl::Source),
     Xyz(xyz::Source),
-}
-
-/// Where a file's content is.
-#[derive(Debug, Clone)]
-pub(crate) enum Content {
-    /// In a file that can be read again when it is written; not a pipe.
-    File(PathBuf),
-    /// In memory.
-    Bytes(Vec<u8>),
-}
-
-impl Content {
-    /// All of it in memory.
-    pub fn bytes(self) -> io::Result<Vec<u8>> {
-        match self {
-            Self::File(path) => fs::read(path),
-            Self::Bytes(bytes) => Ok(bytes),
-        }
-    }
 }
 
 /// Reads a mesh or a point cloud.
@@ -498,89 +337,6 @@ impl Document {
     }
 }
 
-/// Replaces the file at `path` as a whole or not at all.
-pub(crate) fn write_file(
-    path: &Path,
-    content: impl FnOnce(&mut dyn Write) -> Result<(), WriteFault>,
-) -> Result<(), WriteError> {
-    let mut fault = None;
-    write_atomically(path, |out| match content(out) {
-        Ok(()) => Ok(()),
-        Err(WriteFault::Io(error)) => Err(error),
-        Err(other) => {
-            let error = io::Error::other(other.to_string());
-            fault = Some(other);
-            Err(error)
-        }
-    })
-    .map_err(|error| fault.map_or(error, |fault| fault.at(path)))
-}
-
-pub(crate) fn check_count(
-    of: &'static str,
-    expected: usize,
-    found: usize,
-) -> Result<(), WriteFault> {
-    if expected == found {
-        Ok(())
-    } else {
-        Err(WriteFault::CountMismatch {
-            of,
-            expected,
-            found,
-        })
-    }
-}
-
-pub(crate) fn is_finite(uv: &[f32; 2]) -> bool {
-    uv.iter().all(|c| c.is_finite())
-}
-
-/// The surface of a file: a cloud if no face is left. Normals that are not finite count as
-/// unknown.
-pub(crate) fn surface(
-    positions: Vec<[f64; 3]>,
-    polygons: &Polygons,
-    normals: Option<Vec<[f64; 3]>>,
-) -> Result<Surface, SurfaceError> {
-    surface_of_triangles(positions, polygons.triangles(), normals)
-}
-
-/// As [`surface`], of faces that are triangles.
-pub(crate) fn surface_of_triangles(
-    positions: Vec<[f64; 3]>,
-    triangles: Vec<[u32; 3]>,
-    normals: Option<Vec<[f64; 3]>>,
-) -> Result<Surface, SurfaceError> {
-    let known = |n: [f64; 3]| {
-        if n.iter().all(|c| c.is_finite()) {
-            n
-        } else {
-            [0.0; 3]
-        }
-    };
-    let normals = normals.map(|normals| normals.into_iter().map(known).collect::<Vec<_>>());
-    if triangles.is_empty() {
-        return PointCloud::new(positions, normals).map(Surface::PointCloud);
-    }
-    let mesh = TriangleMesh::new(positions, triangles)?;
-    Ok(Surface::Mesh(match normals {
-        Some(normals) => mesh.with_normals(normals)?,
-        None => mesh,
-    }))
-}
-
-/// UVs per vertex as those of the surface; `None` unless all are finite.
-pub(crate) fn vertex_uvs(surface: &Surface, uvs: Vec<[f32; 2]>) -> Option<Uvs> {
-    match surface {
-        Surface::Mesh(mesh) => {
-            let map = UvMap::new(uvs, mesh.triangles().to_vec()).ok()?;
-            Some(Uvs::Mesh(map))
-        }
-        Surface::PointCloud(_) => uvs.iter().all(is_finite).then_some(Uvs::Points(uvs)),
-    }
-}
-
 /// Copies the files that an OBJ file needs beside it to the folder of `target`; those that are
 /// there already stay.
 fn copy_companions(source: &obj::Source, target: &Path) -> Result<(), WriteError> {
@@ -606,6 +362,30 @@ fn copy_companions(source: &obj::Source, target: &Path) -> Result<(), WriteError
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_pipe_is_read_once() {
+        use std::io::Write;
+        use std::os::fd::AsRawFd;
+        let (line, uv) = ("v 1 2 3\n", [0.5, 1.0]);
+        // Less and more than what tells the format.
+        for count in [1, detect::LOOKED_AT as usize / line.len() + 9] {
+            let (reader, mut writer) = std::io::pipe().unwrap();
+            let thread =
+                std::thread::spawn(move || writer.write_all(line.repeat(count).as_bytes()));
+            let path = format!("/proc/self/fd/{}", reader.as_raw_fd());
+            let document = read_surface(path).unwrap();
+            thread.join().unwrap().unwrap();
+            let uvs = Uvs::Points(vec![uv; count]);
+            let mut out = Vec::new();
+            document
+                .write_to(&uvs, Format::Obj, &WriteOptions::default(), &mut out)
+                .unwrap();
+            let expected = line.repeat(count) + &"vt 0.5 1\n".repeat(count);
+            assert!(out == expected.as_bytes(), "{count} points");
+        }
+    }
 
     #[test]
     fn objects_that_share_a_vertex_are_one() {

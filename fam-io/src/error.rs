@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf};
 
 use fam_surface::SurfaceError;
 
-use crate::Format;
+use crate::format::Format;
 
 /// A file that could not be read as a surface; displayed as one line, `file: reason`.
 #[derive(Debug, thiserror::Error)]

@@ -12,6 +12,7 @@
 
 mod baked;
 mod gltf;
+mod job;
 mod materials;
 mod names;
 mod obj;
@@ -26,23 +27,12 @@ mod xyz;
 
 use std::io::Write;
 
-use crate::scene::Scene;
-use crate::{Format, Uvs, WriteFault, WriteOptions};
+use crate::error::WriteFault;
+use crate::format::Format;
+use crate::uvs::Uvs;
 use baked::Baked;
+pub(crate) use job::Export;
 use parts::Part;
-
-/// What is written, and how.
-pub(crate) struct Export<'a> {
-    pub scene: Scene,
-    /// One triangle for each of the fans of the polygons in order, or one UV for each point.
-    pub uvs: &'a Uvs,
-    pub options: &'a WriteOptions,
-    /// The seam lines of the options, in the coordinates of the scene.
-    pub seam_lines: Vec<[[f64; 3]; 2]>,
-    /// The name of the output without its extension; `None` if it goes to no file, which then
-    /// refers to no other.
-    pub stem: Option<String>,
-}
 
 impl Export<'_> {
     /// The files that an OBJ file refers to: its materials and their textures, by their names

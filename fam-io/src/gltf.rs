@@ -60,9 +60,13 @@ use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-use crate::document::{Content, Parsed};
+use crate::content::Content;
+use crate::error::{ReadFault, WriteFault};
+use crate::format::Format;
+use crate::options::WriteOptions;
+use crate::parsed::Parsed;
 use crate::scene::{Node, Scene};
-use crate::{Format, ReadFault, Uvs, WriteFault, WriteOptions};
+use crate::uvs::Uvs;
 use compact::Before;
 use geometry::Geometry;
 use load::{Loaded, load};

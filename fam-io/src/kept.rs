@@ -1,6 +1,7 @@
 //! The points of a cloud that are part of its surface: those with finite coordinates.
 
-use crate::{ReadFault, Warning};
+use crate::error::ReadFault;
+use crate::warning::Warning;
 
 /// The UV of a point that is left out: it has none, but the columns of the file go on.
 pub(crate) const NO_UV: [f32; 2] = [f32::NAN; 2];

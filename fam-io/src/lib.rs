@@ -56,15 +56,20 @@
 
 pub mod atomic;
 mod color;
+mod content;
 mod detect;
 mod document;
 mod error;
 mod export;
+mod format;
 pub mod gltf;
 mod kept;
+mod labels;
 pub mod marks;
 pub mod obj;
 pub mod off;
+mod options;
+mod parsed;
 pub mod picture;
 pub mod ply;
 mod polygons;
@@ -73,11 +78,16 @@ pub mod seams;
 pub mod stl;
 mod stream;
 mod text;
+mod uvs;
 mod warning;
 pub mod xyz;
 
 pub use detect::format_of;
-pub use document::{Document, Format, Labels, Uvs, WriteOptions, read_surface};
+pub use document::{Document, read_surface};
 pub use error::{ReadError, ReadFault, WriteError, WriteFault};
+pub use format::Format;
+pub use labels::Labels;
+pub use options::WriteOptions;
 pub use stream::{CloudStream, StreamError};
+pub use uvs::Uvs;
 pub use warning::Warning;

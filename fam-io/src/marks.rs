@@ -18,7 +18,7 @@ use std::collections::HashMap;
 use fam_surface::{Edges, TriangleMesh};
 use serde::Deserialize;
 
-use crate::ReadFault;
+use crate::error::ReadFault;
 use crate::obj::Lines;
 use crate::text::utf16;
 

@@ -58,10 +58,12 @@ use std::path::{Path, PathBuf};
 
 use fam_surface::{Surface, SurfaceError};
 
-use crate::document::{Content, Parsed, surface, vertex_uvs};
+use crate::content::Content;
+use crate::error::ReadFault;
+use crate::parsed::{Parsed, surface};
 use crate::polygons::Divisions;
 use crate::scene::Scene;
-use crate::{ReadFault, Uvs};
+use crate::uvs::{Uvs, vertex_uvs};
 use colors::Colors;
 pub(crate) use lines::Lines;
 use materials::Libraries;

@@ -23,17 +23,21 @@
 //! seam inside becomes triangles of the same colour. A binary file is written as text.
 
 mod binary;
+mod rows;
 mod write;
 
 use std::io;
 use std::ops::Range;
 
 use crate::color::linear_color;
-use crate::document::{Parsed, surface, vertex_uvs};
+use crate::error::ReadFault;
+use crate::labels::Labels;
+use crate::parsed::{Parsed, surface};
 use crate::polygons::{Polygons, vertex};
 use crate::scene::{Mesh, Scene, corner_normals};
-use crate::text::{self, coordinate, excerpt, is_blank, lines, syntax, words};
-use crate::{Labels, ReadFault};
+use crate::text::{self, coordinate, excerpt, syntax};
+use crate::uvs::vertex_uvs;
+use rows::{Letters, Row, keyword, rows};
 
 /// An OFF file, to be written back.
 #[derive(Debug, Clone)]
@@ -47,44 +51,6 @@ pub(crate) struct Source {
     vertices: Vec<Row>,
     faces: Vec<Row>,
     polygons: Polygons,
-}
-
-/// Which columns the vertices have beside their coordinates.
-#[derive(Debug, Clone, Copy, Default)]
-struct Letters {
-    uvs: bool,
-    colors: bool,
-    normals: bool,
-}
-
-/// A line with content.
-#[derive(Debug, Clone)]
-struct Row {
-    line: usize,
-    text: Range<usize>,
-    next: usize,
-}
-
-impl Row {
-    fn words(&self, bytes: &[u8]) -> Vec<Range<usize>> {
-        words(bytes, self.text.clone(), is_blank)
-    }
-}
-
-/// The lines that are not empty, without their comments.
-fn rows(bytes: &[u8]) -> impl Iterator<Item = Row> + '_ {
-    lines(bytes).filter_map(|line| {
-        let mut text = line.text.clone();
-        if let Some(comment) = text::comment(&bytes[line.text.clone()]) {
-            text.end = text.start + comment;
-        }
-        let blank = bytes[text.clone()].iter().all(|&b| is_blank(b));
-        (!blank).then_some(Row {
-            line: line.number,
-            text,
-            next: line.next,
-        })
-    })
 }
 
 pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
@@ -159,46 +125,6 @@ pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
             bytes,
         },
     })
-}
-
-/// The letters and the length of the keyword that a file starts with.
-fn keyword(word: &[u8], line: usize) -> Result<(Letters, usize), ReadFault> {
-    let Some(at) = word.windows(3).position(|three| three == b"OFF") else {
-        if text::parse::<u64>(word).is_some() {
-            return Ok((Letters::default(), 0));
-        }
-        let found = excerpt(word);
-        return Err(syntax(
-            line,
-            format!("an OFF file starts with OFF, not `{found}`"),
-        ));
-    };
-    let mut letters = Letters::default();
-    let mut rest = &word[..at];
-    while let Some(&letter) = rest.first() {
-        let length = match letter {
-            b'S' if rest.starts_with(b"ST") => {
-                letters.uvs = true;
-                2
-            }
-            b'C' => {
-                letters.colors = true;
-                1
-            }
-            b'N' => {
-                letters.normals = true;
-                1
-            }
-            b'4' => return Err(ReadFault::Unsupported("four-dimensional OFF is".to_owned())),
-            b'n' => return Err(ReadFault::Unsupported("n-dimensional OFF is".to_owned())),
-            _ => {
-                let found = excerpt(word);
-                return Err(syntax(line, format!("`{found}` is not a keyword of OFF")));
-            }
-        };
-        rest = &rest[length..];
-    }
-    Ok((letters, at + 3))
 }
 
 fn take(

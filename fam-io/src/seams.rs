@@ -21,7 +21,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::atomic::write_atomically;
-use crate::{WriteError, WriteFault};
+use crate::error::{WriteError, WriteFault};
 
 /// Where a surface was cut.
 #[derive(Debug, Clone, Copy)]

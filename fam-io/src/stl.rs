@@ -19,9 +19,10 @@
 mod ascii;
 mod facets;
 
-use crate::document::{Parsed, surface};
+use crate::error::ReadFault;
+use crate::labels::Labels;
+use crate::parsed::{Parsed, surface};
 use crate::text::{is_blank, lines, words};
-use crate::{Labels, ReadFault};
 use facets::Facets;
 
 const HEADER: usize = 84;

@@ -8,10 +8,14 @@ use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use crate::document::{check_count, is_finite, write_file};
+use crate::atomic::write_file;
+use crate::error::{ReadError, ReadFault, WriteError, WriteFault};
+use crate::format::Format;
 use crate::kept::{self, Kept};
 use crate::text::{Edits, Line, lines};
-use crate::{Format, ReadError, ReadFault, Warning, WriteError, WriteFault, detect, ply, xyz};
+use crate::uvs::{check_count, is_finite};
+use crate::warning::Warning;
+use crate::{detect, ply, xyz};
 
 /// Points of a binary file that are read at once.
 const POINTS: usize = 1 << 16;

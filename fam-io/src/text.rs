@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use std::ops::Range;
 use std::str::FromStr;
 
-use crate::ReadFault;
+use crate::error::ReadFault;
 
 /// A line: its number (counting from 1), the range of its text without the line end, and
 /// where the next line starts.

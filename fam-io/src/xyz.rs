@@ -23,12 +23,15 @@ use std::ops::Range;
 use fam_surface::{Surface, SurfaceError, vector};
 
 use crate::color::linear_color;
-use crate::document::{Parsed, surface, vertex_uvs};
+use crate::error::ReadFault;
 use crate::kept::{self, NO_UV};
+use crate::labels::Labels;
+use crate::parsed::{Parsed, surface};
 use crate::polygons::Polygons;
 use crate::scene::Scene;
 use crate::text::{self, Edits, Line, lines, words};
-use crate::{Labels, ReadFault, Uvs, Warning};
+use crate::uvs::{Uvs, vertex_uvs};
+use crate::warning::Warning;
 
 const UNIT_TOLERANCE: f64 = 1e-2;
 

@@ -23,12 +23,13 @@ use fam_surface::vector::{add, cross, normalize, sub};
 use serde_json::{Map, Value, json};
 
 use crate::color::unit_color;
+use crate::error::WriteFault;
+use crate::format::Format;
 use crate::gltf::{Package, center, check_uv_set};
 use crate::polygons::Division;
 use crate::scene::{Image, Material, Scene};
-use crate::{Format, WriteFault};
 
-use super::Export;
+use super::job::Export;
 use super::materials::image_type;
 use super::parts::{Face, Part};
 use super::place::Place;

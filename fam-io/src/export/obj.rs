@@ -10,10 +10,10 @@
 use std::collections::HashMap;
 use std::io::{self, Write};
 
-use crate::Uvs;
 use crate::color::srgb_text;
+use crate::uvs::Uvs;
 
-use super::Export;
+use super::job::Export;
 use super::parts::Part;
 use super::place::Place;
 use super::{materials, names};

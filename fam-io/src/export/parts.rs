@@ -1,9 +1,9 @@
 //! The meshes of a scene with their shares of the UVs.
 
-use crate::document::check_count;
+use crate::error::WriteFault;
 use crate::polygons::Pieces;
 use crate::scene::{Mesh, Scene};
-use crate::{Uvs, WriteFault};
+use crate::uvs::{Uvs, check_count};
 
 use super::place::Place;
 

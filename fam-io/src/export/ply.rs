@@ -9,7 +9,9 @@ use std::fmt::Write as _;
 use std::io::{self, Write};
 
 use crate::color::srgb_bytes;
-use crate::{Format, Uvs, WriteFault};
+use crate::error::WriteFault;
+use crate::format::Format;
+use crate::uvs::Uvs;
 
 use super::baked::{Baked, BakedVertex};
 

@@ -5,9 +5,11 @@ use ::gltf::mesh::Mode;
 use fam_surface::{Surface, UvMap};
 
 use super::*;
-use crate::Document;
+use crate::document::Document;
+use crate::options::WriteOptions;
 use crate::polygons::Polygons;
-use crate::scene::{IDENTITY, Image, Material, Mesh, Node};
+use crate::scene::{IDENTITY, Image, Material, Mesh, Node, Scene};
+use crate::uvs::Uvs;
 
 const PNG: &[u8] = b"\x89PNG\r\n\x1a\n, or at least its signature";
 

@@ -6,7 +6,7 @@ use ::gltf::json::mesh::{TRIANGLE_FAN, TRIANGLES};
 use image::{ImageFormat, Rgb, RgbImage};
 use serde_json::{Value, json};
 
-use super::Package;
+use super::package::Package;
 
 /// Fields along each side of the image, and pixels along each side of a field.
 const FIELDS: u32 = 8;

@@ -6,8 +6,8 @@ use std::ops::Range;
 use ::gltf::json::accessor::FLOAT;
 use serde_json::{Value, json};
 
-use super::Package;
 use super::package::ALIGNMENT;
+use super::package::Package;
 use super::usage::{used_accessors, used_views};
 
 /// What a document used and had before anything was added.

@@ -6,9 +6,9 @@ use ::gltf::json::accessor::{Accessor, ComponentType, Type};
 use ::gltf::json::buffer::View;
 use ::gltf::json::validation::Checked;
 
-use super::Package;
+use super::package::Package;
 use super::value::{malformed, typed};
-use crate::ReadFault;
+use crate::error::ReadFault;
 
 /// An accessor, all of whose elements are known to be there.
 #[derive(Debug, Clone, Copy)]

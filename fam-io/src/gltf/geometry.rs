@@ -8,10 +8,10 @@ use ::gltf::json::mesh::{POINTS, TRIANGLE_FAN, TRIANGLE_STRIP, TRIANGLES};
 use fam_surface::SurfaceError;
 use serde_json::Value;
 
-use super::Package;
 use super::elements::{Accessors, Elements};
+use super::package::Package;
 use super::value::{index, list, malformed, named_indices};
-use crate::ReadFault;
+use crate::error::ReadFault;
 use crate::text::excerpt;
 
 /// Pools of vertices and the primitives that use them: all of triangles, or all of points.

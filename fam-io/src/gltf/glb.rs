@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use crate::ReadFault;
+use crate::error::ReadFault;
 
 pub(super) const MAGIC: &[u8; 4] = b"glTF";
 const JSON: &[u8; 4] = b"JSON";

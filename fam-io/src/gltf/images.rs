@@ -5,10 +5,10 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::Package;
+use super::package::Package;
 use super::package::data_uri;
 use super::uri::{self, Place};
-use crate::Format;
+use crate::format::Format;
 
 /// The encoded image; `None` if it cannot be had.
 pub(super) fn bytes(package: &Package, folder: Option<&Path>, image: &Value) -> Option<Vec<u8>> {

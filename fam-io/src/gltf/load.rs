@@ -8,14 +8,15 @@ use ::gltf::json::Buffer;
 use ::gltf::json::buffer::View;
 use serde_json::Value;
 
-use super::Package;
 use super::glb;
 use super::package::ALIGNMENT;
+use super::package::Package;
 use super::uri::{self, Place};
 use super::value::{list, malformed, typed};
-use crate::document::Content;
+use crate::content::Content;
+use crate::error::ReadFault;
+use crate::format::Format;
 use crate::text::excerpt;
-use crate::{Format, ReadFault};
 
 /// A file in memory.
 #[derive(Debug, Clone)]

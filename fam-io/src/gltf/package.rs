@@ -9,7 +9,7 @@ use base64::prelude::BASE64_STANDARD;
 use serde_json::{Value, json};
 
 use super::glb;
-use crate::Format;
+use crate::format::Format;
 
 /// New views start at multiples of this, which is enough for all component types.
 pub(super) const ALIGNMENT: usize = 8;

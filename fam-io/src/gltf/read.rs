@@ -3,11 +3,13 @@
 use fam_surface::{Surface, SurfaceError};
 use serde_json::Value;
 
-use super::Package;
 use super::geometry::{Geometry, Pool};
+use super::package::Package;
 use super::transforms::{transform_normal, transform_point};
-use crate::document::{Labels, Uvs, surface_of_triangles, vertex_uvs};
+use crate::labels::Labels;
+use crate::parsed::surface_of_triangles;
 use crate::scene::{IDENTITY, Node};
+use crate::uvs::{Uvs, vertex_uvs};
 
 /// The surface; its vertices are those of all pools.
 pub(super) fn surface(

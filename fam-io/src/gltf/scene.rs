@@ -7,9 +7,9 @@ use std::rc::Rc;
 use ::gltf::json::accessor::Type;
 use serde_json::Value;
 
-use super::Package;
 use super::geometry::{Geometry, Pool};
 use super::images;
+use super::package::Package;
 use super::read::{name, vectors};
 use crate::polygons::Polygons;
 use crate::scene::{Image, Material, Mesh, Node, Scene};

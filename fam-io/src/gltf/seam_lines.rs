@@ -4,7 +4,8 @@ use ::gltf::json::mesh::LINES;
 use fam_surface::vector::sub;
 use serde_json::{Value, json};
 
-use super::{Package, center};
+use super::center::center;
+use super::package::Package;
 
 const NAME: &str = "seams";
 

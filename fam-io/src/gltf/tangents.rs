@@ -2,8 +2,8 @@
 
 use serde_json::Value;
 
-use super::Package;
 use super::geometry::Primitive;
+use super::package::Package;
 
 /// Whether the tangents of a primitive follow from one of some sets of UVs: the one that a
 /// texture of tangent space uses, in any material that the primitive can have, or the first

@@ -4,7 +4,7 @@ use fam_surface::vector::{cross, dot, length, normalize};
 use serde_json::Value;
 
 use super::value::{index, indices, list, numbers};
-use crate::ReadFault;
+use crate::error::ReadFault;
 use crate::scene::{IDENTITY, Node};
 
 type Matrix = [[f64; 4]; 4];

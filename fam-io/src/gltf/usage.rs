@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use serde_json::Value;
 
-use super::Package;
+use super::package::Package;
 
 /// Extensions that refer neither to accessors nor to buffer views, by how their names start;
 /// any number in another one may be such a reference.

@@ -3,7 +3,7 @@
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
-use crate::ReadFault;
+use crate::error::ReadFault;
 use crate::text::excerpt;
 
 pub(super) fn malformed(problem: impl Into<String>) -> ReadFault {

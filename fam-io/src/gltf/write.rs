@@ -8,8 +8,8 @@ use ::gltf::json::mesh::TRIANGLES;
 use fam_surface::UvMap;
 use serde_json::{Value, json};
 
-use super::Package;
 use super::geometry::{Attribute, Geometry, Pool, Primitive};
+use super::package::Package;
 use super::tangents::depend_on;
 use crate::polygons::{Polygons, Split};
 

@@ -2,9 +2,10 @@
 
 use fam_surface::{UvMap, vector};
 
+use crate::error::ReadFault;
 use crate::polygons::Polygons;
 use crate::text::{excerpt, syntax};
-use crate::{ReadFault, Uvs};
+use crate::uvs::Uvs;
 
 use super::corner::Corner;
 use super::statements::Statement;

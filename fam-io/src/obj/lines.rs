@@ -1,6 +1,6 @@
 //! The lines (`l`) of an OBJ file.
 
-use crate::ReadFault;
+use crate::error::ReadFault;
 use crate::text::{excerpt, syntax};
 
 use super::corner::Corner;

@@ -1,7 +1,8 @@
 //! What is read of an OBJ file.
 
-use crate::document::Content;
-use crate::{Labels, ReadFault};
+use crate::content::Content;
+use crate::error::ReadFault;
+use crate::labels::Labels;
 
 use super::faces::Faces;
 use super::names::Names;

@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use crate::ReadFault;
+use crate::error::ReadFault;
 use crate::text::{is_nan_of_c, syntax};
 
 use super::statements::Statement;

@@ -5,7 +5,7 @@ use std::hash::{DefaultHasher, Hasher};
 use std::io::{self, BufRead, BufReader, ErrorKind};
 use std::ops::Range;
 
-use crate::document::Content;
+use crate::content::Content;
 use crate::text::{self, is_blank, lines, push_words};
 
 const MARK: &[u8] = b"\xef\xbb\xbf";

@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use fam_surface::SurfaceError;
 
-use super::{keyword, rows};
-use crate::ReadFault;
+use super::rows::{keyword, rows};
+use crate::error::ReadFault;
 
 /// A file as it is, or as text if it is binary.
 pub(super) fn as_text(bytes: Vec<u8>) -> Result<Vec<u8>, ReadFault> {

@@ -5,10 +5,11 @@ use std::ops::Range;
 
 use fam_surface::UvMap;
 
-use super::{Row, Source};
-use crate::Uvs;
+use super::Source;
+use super::rows::Row;
 use crate::polygons::Split;
 use crate::text::{self, Edits};
+use crate::uvs::Uvs;
 
 impl Source {
     pub fn write(&self, uvs: &Uvs, out: &mut dyn Write) -> io::Result<()> {

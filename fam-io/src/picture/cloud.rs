@@ -1,8 +1,7 @@
 //! Making a point cloud look like a surface: the size of its discs, and normals from depths.
 
 use super::raster::Visibility;
-use super::scene::Seen;
-use super::shading::normalize;
+use super::shading::{Seen, normalize};
 
 /// A little less than the median distance of a point to its sixth neighbour, which closes the
 /// gaps between points spread at random too.

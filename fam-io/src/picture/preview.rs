@@ -3,10 +3,11 @@
 use image::{Rgb, RgbImage};
 
 use super::camera::Camera;
+use super::input::{Flattened, Seams};
 use super::raster::{Canvas, Color, Fragment, SAMPLES, Visibility, fill_disc};
-use super::scene::{Scene, Seen};
-use super::shading::{PALE, SEAM, SURFACE, blend, checker, light, lit};
-use super::{Flattened, Seams, uv};
+use super::scene::Scene;
+use super::shading::{PALE, SEAM, SURFACE, Seen, blend, checker, light, lit};
+use super::uv;
 
 /// Side of a panel, in pixels.
 const PANEL: u32 = 512;
@@ -117,7 +118,8 @@ fn draw_seams(
 mod tests {
     use fam_surface::{PointCloud, TriangleMesh, UvMap, shapes};
 
-    use super::super::{encode_png, uv_picture};
+    use super::super::png::encode_png;
+    use super::super::uv::uv_picture;
     use super::*;
 
     /// Two parallel squares that face z, the second one behind the first.

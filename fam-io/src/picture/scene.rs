@@ -3,9 +3,10 @@
 use fam_surface::{Normalization, TriangleMesh, vector};
 
 use super::camera::Camera;
+use super::cloud;
+use super::input::Flattened;
 use super::raster::{Fragment, Visibility, fill_disc, fill_triangle};
-use super::shading::{blend, normalize};
-use super::{Flattened, cloud};
+use super::shading::{Seen, blend, normalize};
 
 /// A corner whose face and vertex normal differ by more than this (as a cosine) is on a crease
 /// and is shaded flat.
@@ -194,15 +195,6 @@ impl<'a> Scene<'a> {
         let normal = normalize(camera.turned(normal)).map(|c| if back { -c } else { c });
         Seen { normal, back }
     }
-}
-
-/// How a surface faces the viewer.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Seen {
-    /// The unit normal on the viewer's side, in camera axes.
-    pub normal: [f32; 3],
-    /// Whether the viewer sees the back of a mesh.
-    pub back: bool,
 }
 
 fn for_each_uv(input: Flattened, mut visit: impl FnMut([f32; 2])) {

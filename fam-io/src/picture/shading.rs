@@ -2,6 +2,15 @@
 
 use super::raster::Color;
 
+/// How a surface faces the viewer.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Seen {
+    /// The unit normal on the viewer's side, in camera axes.
+    pub normal: [f32; 3],
+    /// Whether the viewer sees the back of a mesh.
+    pub back: bool,
+}
+
 /// The surface without a texture.
 pub(super) const SURFACE: Color = [0.50, 0.51, 0.53];
 /// The surface under its seams.

@@ -3,7 +3,7 @@
 use fam_surface::TriangleMesh;
 use image::RgbImage;
 
-use super::Flattened;
+use super::input::Flattened;
 use super::raster::{Canvas, SAMPLES, fill_disc, fill_triangle};
 use super::scene::Scene;
 use super::shading::{blend, normalize, vector_color};

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::header::{Element, Encoding, Header, Kind, Scalar};
-use crate::ReadFault;
+use crate::error::ReadFault;
 use crate::text::{self, excerpt, is_blank, lines, syntax};
 
 /// The entries of an element.

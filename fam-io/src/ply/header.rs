@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::ReadFault;
+use crate::error::ReadFault;
 use crate::text::{self, excerpt, is_blank, line_end, lines, syntax, words};
 
 #[derive(Debug, Clone, Copy, PartialEq)]

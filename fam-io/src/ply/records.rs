@@ -4,9 +4,9 @@ use std::io::{self, Read, Write};
 
 use super::body::Entries;
 use super::header::{Element, Encoding, Header, Kind, Scalar};
+use super::source::{Faces, Source};
 use super::write::{Changes, Vertices};
-use super::{Faces, Source};
-use crate::ReadFault;
+use crate::error::ReadFault;
 use crate::kept::Kept;
 use crate::polygons::Polygons;
 

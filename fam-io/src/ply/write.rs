@@ -5,10 +5,10 @@ use std::io::{self, Write};
 use fam_surface::UvMap;
 
 use super::header::{Element, Encoding, Kind, Scalar};
-use super::{CORNER_UVS, Faces, Source, UV_NAMES};
-use crate::Uvs;
+use super::source::{CORNER_UVS, Faces, Source, UV_NAMES};
 use crate::polygons::{Pieces, Split};
 use crate::text::{Edits, line_end};
+use crate::uvs::Uvs;
 
 /// A face to be written, or the part of one.
 pub(super) struct Face {

@@ -1,7 +1,7 @@
 //! ASCII files.
 
 use super::facets::Facets;
-use crate::ReadFault;
+use crate::error::ReadFault;
 use crate::text::{coordinate, excerpt, is_blank, lines, syntax, words};
 
 /// Adds the facets of a file.
