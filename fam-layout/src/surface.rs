@@ -69,26 +69,34 @@ fn lay_out_within(
         square.copied().unwrap_or(0)
     };
     let squares: Vec<u32> = list.iter().map(square).collect();
-    let (uvs, coverage, margin) = placed(config, &charts, &squares, &watch);
+    let placed = placed(config, &charts, &squares, &watch);
     let components = (0..list.len())
         .into_par_iter()
-        .map(|c| finished(&list[c].mesh, &charts[c], &uvs[c]))
+        .map(|c| finished(&list[c].mesh, &charts[c], &placed.uvs[c]))
         .collect();
     MeshLayout {
         components,
-        coverage,
-        margin,
+        coverage: placed.coverage,
+        margin: placed.margin,
     }
 }
 
-/// The UVs of every chart of every component, and the coverage and margin of every UV square.
-/// `squares` has the square of each component.
+/// Charts, packed.
+struct Placed {
+    /// The UVs of every chart of every component.
+    uvs: Vec<Vec<Vec<[f32; 2]>>>,
+    /// Of every UV square.
+    coverage: Vec<f64>,
+    margin: Vec<f64>,
+}
+
+/// The charts of every component, packed. `squares` has the UV square of each component.
 fn placed(
     config: &LayoutConfig,
     charts: &[Vec<FlatChart>],
     squares: &[u32],
     watch: &Watch,
-) -> (Vec<Vec<Vec<[f32; 2]>>>, Vec<f64>, Vec<f64>) {
+) -> Placed {
     let unplaced = |chart: &FlatChart| vec![[0.0_f32; 2]; chart.uvs.len()];
     let mut uvs: Vec<Vec<Vec<[f32; 2]>>> = charts
         .iter()
@@ -115,7 +123,11 @@ fn placed(
             }
         }
     }
-    (uvs, coverage, margin)
+    Placed {
+        uvs,
+        coverage,
+        margin,
+    }
 }
 
 /// The unit of length, as half of it, in which the largest component has an extent of 1, so that

@@ -83,6 +83,29 @@ impl Mask {
         runs
     }
 
+    /// The lower left cell of a largest square of cells of the mask, and its side.
+    pub fn largest_square(&self) -> ([usize; 2], usize) {
+        let width = self.size[0];
+        let mut largest = ([0; 2], 0);
+        // Of every cell of a row the side of the largest square that ends there.
+        let mut below = vec![0; width];
+        for (y, cells) in self.cells.chunks_exact(width).enumerate() {
+            let mut diagonal = 0;
+            for (x, &cell) in cells.iter().enumerate() {
+                let left = if x > 0 { below[x - 1] } else { 0 };
+                let side = match cell {
+                    true => 1 + left.min(below[x]).min(diagonal),
+                    false => 0,
+                };
+                diagonal = std::mem::replace(&mut below[x], side);
+                if side > largest.1 {
+                    largest = ([x + 1 - side, y + 1 - side], side);
+                }
+            }
+        }
+        largest
+    }
+
     /// Adds the cells that come closer than `reach`, along either axis, to a convex polygon.
     fn cover(&mut self, corners: &[[f64; 2]], reach: f64) {
         let [width, height] = self.size;
@@ -157,6 +180,19 @@ mod tests {
             end: start + 1,
         };
         assert_eq!(mask.runs(), [run(0, 0), run(0, 4), run(1, 2)]);
+    }
+
+    #[test]
+    fn the_largest_square_lies_within() {
+        let triangle = [[0.0, 0.0], [3.9, 0.0], [0.0, 3.9]];
+        let mask = Mask::new(&triangle, &[[0, 1, 2]], [3.9, 3.9], 0.0);
+        assert_eq!(mask.largest_square(), ([0, 0], 2));
+        let turned = mask.quarter_turned().quarter_turned();
+        let ([x, y], side) = turned.largest_square();
+        assert_eq!(side, 2);
+        let cell = |x: usize, y: usize| turned.cells[y * 4 + x];
+        assert!(cell(x, y) && cell(x + 1, y) && cell(x, y + 1) && cell(x + 1, y + 1));
+        assert_eq!(Mask::empty([3, 2]).largest_square().1, 0);
     }
 
     #[test]

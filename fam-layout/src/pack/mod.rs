@@ -2,7 +2,8 @@
 //!
 //! Every chart is turned into a tight box and its true shape, enlarged by half the margin, is
 //! marked in a grid of cells, in which charts are placed from the largest to the smallest,
-//! each as low as it goes. The scale is the largest at which a bisection found all to fit.
+//! each as low as it goes. The scale is the largest at which a bisection found all to fit; by how
+//! much many charts reach beyond the square tells where it begins.
 
 mod hull;
 mod mask;

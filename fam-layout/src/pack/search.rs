@@ -1,5 +1,7 @@
 //! The largest scale at which pieces fit into the square.
 
+use std::collections::HashMap;
+
 use super::hull::EnclosingBox;
 use super::mask::Mask;
 use super::occupancy::{Occupancy, Shape};
@@ -19,6 +21,24 @@ const SCALE_STEPS: usize = 10;
 
 /// By how much more than its free rows tell a scale may grow.
 const SLACK: f64 = 1.02;
+
+/// Rows of the grid in which many charts are placed, per row of the square: how far they reach
+/// above the square tells which scale to try next.
+const ROWS_OF_MANY: f64 = 1.5;
+
+/// The scale of so many charts is searched in [`SCALE_STEPS`] at most; of more in fewer, since how
+/// high they reach depends less on chance, but no fewer than this.
+const MANY: usize = 1000;
+const FEWEST_STEPS: usize = 3;
+
+/// The factor by which a scale is smaller than the one at which charts should just fit, so that
+/// they nearly always do; and where it is not known by how much they do not fit.
+const NEARLY: f64 = 0.996;
+const SMALLER: f64 = 0.85;
+
+/// Shapes whose widths, heights and areas differ by less than this factor find room at about the
+/// same heights.
+const ALIKE: f64 = 1.1;
 
 /// How a piece is turned, and where its origin comes to lie.
 #[derive(Clone, Copy)]
@@ -53,6 +73,8 @@ pub struct Search<'a> {
     orders: Vec<Vec<usize>>,
     /// Cells along the side of the square.
     cells: usize,
+    /// Rows of the grid, of which those above the square are there to see how much is missing.
+    rows: usize,
     /// Space around each piece, in cells.
     reach: f64,
 }
@@ -69,13 +91,17 @@ impl<'a> Search<'a> {
             order
         };
         let mut orders = vec![by(|found| found.size[1])];
+        let mut rows = cells;
         if pieces.len() <= FEW {
             orders.push(by(|found| found.size[0] + found.size[1]));
+        } else {
+            rows = (ROWS_OF_MANY * cells as f64) as usize;
         }
         Self {
             pieces,
             orders,
             cells,
+            rows,
             reach: border * cells as f64,
         }
     }
@@ -88,26 +114,33 @@ impl<'a> Search<'a> {
             let spots = self.fit(1.0).map(|fit| fit.spots);
             return (1.0, self.in_square(spots.unwrap_or_default()));
         }
-        let (mut high, mut low) = (most, 0.75 * most);
-        let mut best = loop {
-            match self.fit(low) {
-                Some(fit) => break fit,
-                None => (high, low) = (low, 0.85 * low),
+        let (mut scale, mut high) = (0.75 * most, most);
+        let mut best: Option<(f64, Fit)> = None;
+        let mut left = (SCALE_STEPS * MANY / self.pieces.len()).clamp(FEWEST_STEPS, SCALE_STEPS);
+        loop {
+            match self.fit(scale) {
+                Some(fit) if fit.height <= self.cells => best = Some((scale, fit)),
+                Some(fit) => {
+                    high = scale;
+                    scale *= NEARLY * (side / fit.height as f64).sqrt();
+                }
+                None => {
+                    high = scale;
+                    scale *= SMALLER;
+                }
             }
-        };
-        for _ in 0..SCALE_STEPS {
+            let Some((low, fit)) = best.take() else {
+                continue;
+            };
             // The free rows tell how much denser it can become.
-            let denser = low * SLACK * (side / best.height.max(1) as f64).sqrt();
-            let middle = (low * high.min(denser)).sqrt();
-            if middle <= SCALE_ACCURACY * low || !goes_on() {
-                break;
+            let denser = low * SLACK * (side / fit.height.max(1) as f64).sqrt();
+            scale = (low * high.min(denser)).sqrt();
+            if left == 0 || scale <= SCALE_ACCURACY * low || !goes_on() {
+                return (low / side, self.in_square(fit.spots));
             }
-            match self.fit(middle) {
-                Some(fit) => (low, best) = (middle, fit),
-                None => high = middle,
-            }
+            left -= 1;
+            best = Some((low, fit));
         }
-        (low / side, self.in_square(best.spots))
     }
 
     /// No larger scale fits, by the area of all pieces and the side of the largest.
@@ -135,14 +168,16 @@ impl<'a> Search<'a> {
     }
 
     fn fit_in_order(&self, order: &[usize], scale: f64) -> Option<Fit> {
-        let mut occupancy = Occupancy::new(self.cells);
+        let mut occupancy = Occupancy::new([self.cells, self.rows]);
         let nowhere = Spot {
             turn: [1.0, 0.0],
             offset: [0.0; 2],
         };
         let mut spots = vec![nowhere; self.pieces.len()];
+        let mut bottoms = (self.pieces.len() > MANY).then(HashMap::new);
         for &i in order {
-            spots[i] = self.lowest_spot(&self.pieces[i], scale, &mut occupancy)?;
+            let piece = &self.pieces[i];
+            spots[i] = self.lowest_spot(piece, scale, &mut occupancy, bottoms.as_mut())?;
         }
         Some(Fit {
             spots,
@@ -150,22 +185,32 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Places a piece so that its upper end is as low as possible.
+    /// Places a piece so that its upper end is as low as possible. `bottoms`, if given, has the
+    /// rows below which shapes of a kind found no room; it is not looked for there again.
     fn lowest_spot(
         &self,
         piece: &Piece<'_>,
         scale: f64,
         occupancy: &mut Occupancy,
+        mut bottoms: Option<&mut HashMap<[u32; 3], usize>>,
     ) -> Option<Spot> {
-        let mut top = self.cells;
+        let mut top = self.rows;
         let mut best = None;
         for stance in piece
             .boxes
             .iter()
             .flat_map(|b| self.stances(piece, b, scale))
         {
-            if let Some(at) = occupancy.room(&stance.shape, top) {
-                top = at[1] + stance.shape.size()[1] - 1;
+            let kind = kind(&stance.shape);
+            let height = stance.shape.size()[1];
+            let bottom = bottoms.as_ref().and_then(|rows| rows.get(&kind).copied());
+            let found = occupancy.room(&stance.shape, bottom.unwrap_or(0), top);
+            if let Some(bottoms) = &mut bottoms {
+                let next = found.map_or((top + 1).saturating_sub(height), |at| at[1]);
+                bottoms.insert(kind, next.max(bottom.unwrap_or(0)));
+            }
+            if let Some(at) = found {
+                top = at[1] + height - 1;
                 best = Some((stance, at));
             }
         }
@@ -204,6 +249,12 @@ impl<'a> Search<'a> {
         }
         stances
     }
+}
+
+/// The same for shapes that are [`ALIKE`].
+fn kind(shape: &Shape) -> [u32; 3] {
+    let [width, height] = shape.size();
+    [width, height, shape.cells()].map(|count| ((count as f64).ln() / ALIKE.ln()) as u32)
 }
 
 /// A shape for which room is sought.

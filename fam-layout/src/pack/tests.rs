@@ -249,6 +249,27 @@ fn charts_out_of_range_are_refused() {
 }
 
 #[test]
+fn packing_can_be_broken_off() {
+    let flats = mixture(40, 5);
+    let charts: Vec<Chart> = flats.iter().map(Flat::chart).collect();
+    let [quick, best] = [false, true].map(|goes_on| pack(&charts, 4.0, 1024, &|| goes_on));
+    let scale = |packing: &Packing| packing.placements[0].scale;
+    assert!(scale(&quick) < scale(&best));
+    let places = std::iter::zip(&flats, &quick.placements);
+    let mut places = places.flat_map(|(flat, at)| flat.uvs.iter().map(|&q| at.place(q)));
+    assert!(places.all(|p| p.iter().all(|c| (0.0..=1.0).contains(c))));
+}
+
+#[test]
+fn thousands_of_charts_fit() {
+    let flats = mixture(3000, 9);
+    let (packing, places) = packed(&flats, 1.0, 4096);
+    assert!(packing.coverage > 0.6, "{}", packing.coverage);
+    let mut inside = places.iter().flatten().flatten();
+    assert!(inside.all(|c| (0.0..=1.0).contains(c)));
+}
+
+#[test]
 fn a_thousand_charts_fit() {
     let flats = mixture(1000, 7);
     let (packing, places) = packed(&flats, 2.0, 2048);
