@@ -138,7 +138,7 @@ pub fn resolve(arguments: &Unwrap) -> Result<Config, Failure> {
         finish.config.seam_weight = weight;
     }
     if let Some(charts) = arguments.max_charts {
-        finish.config.max_charts = charts;
+        finish.config.max_charts = Some(charts);
     }
     if let Some(margin) = arguments.margin {
         finish.config.margin = margin;
@@ -195,11 +195,17 @@ fn one_line(message: &str) -> String {
     message.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
+/// Keys that a configuration may lack.
+const OPTIONAL: [&str; 1] = ["finish.max-charts"];
+
 /// Puts the values of `overlay` in the place of those of `base`, which has every known key.
 fn merge(base: &mut Table, overlay: Table, within: &str) -> Result<(), String> {
     for (key, value) in overlay {
         let name = format!("{within}{key}");
         match (base.get_mut(&key), value) {
+            (None, value) if OPTIONAL.contains(&name.as_str()) => {
+                base.insert(key, value);
+            }
             (None, _) => return Err(format!("unknown key {name}")),
             (Some(Value::Table(inner)), Value::Table(overlay)) => {
                 merge(inner, overlay, &format!("{name}."))?;

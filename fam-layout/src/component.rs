@@ -1,6 +1,7 @@
 //! One component, cut into charts and flattened.
 
 use crate::LayoutConfig;
+use crate::atlas::{Piece, by_shape};
 use crate::costs::creases::crease_costs;
 use crate::costs::tears::tear_costs;
 use crate::cut::Cut;
@@ -30,6 +31,25 @@ const LARGE: usize = 20_000;
 /// What the default bound is above the energy of an isometry.
 const USUAL_EXCESS: f64 = 0.1;
 
+/// A part whose energy is at most this many times as far above 4 as the bound is divided in two:
+/// few charts are enough. What is further away is divided by its shape.
+const NEAR: f64 = 5.0;
+
+/// Smaller parts are not divided in two, but by their shape: that is quicker.
+const FEW: usize = 100;
+
+/// Newton steps that a part may take to come within the bound where those of its component are
+/// used up: few, since a layout to go on from is there.
+const RESERVE: u64 = 100;
+
+/// A part with at least this many holes and handles, and fewer triangles for each than `FINE`, is a
+/// web: the search for cuts takes seconds, and one chart seldom will do.
+const MANY_HOLES: usize = 64;
+const FINE: usize = 64;
+
+/// Of what the bound is above 4, the share that flat faces with a little rounding have at most.
+const FLAT: f64 = 0.1;
+
 /// A flat piece of a component.
 pub struct FlatChart {
     /// Coordinates in units of length on the surface.
@@ -48,8 +68,8 @@ pub struct FlatChart {
 /// says whether to go on refining.
 ///
 /// A part that has no valid layout in one piece is divided, down to single triangles if it must
-/// be. One whose energy stays above the bound is divided where it would overlap itself if it were
-/// free to, as long as there are not too many charts.
+/// be. So is one whose energy stays above the bound, unless that takes too many charts or cuts
+/// along forbidden edges: where it would overlap itself if it were free to, or by its shape.
 pub fn flat_charts(
     config: &LayoutConfig,
     share: f64,
@@ -61,6 +81,7 @@ pub fn flat_charts(
     let goal = Goal {
         bound: 4.0 + share * (config.distortion_bound - 4.0),
         seam_weight: config.seam_weight,
+        gives_up: config.max_charts.is_none(),
     };
     // A lower bound takes more cuts, and more are tried for each: with less, the dragon misses 4.03.
     let effort = (USUAL_EXCESS / (goal.bound - 4.0))
@@ -74,9 +95,10 @@ pub fn flat_charts(
         marks,
         areas: mesh.triangle_areas(),
         budget: steps * (mesh.triangles().len() as u64).max(SMALL),
+        max_charts: config.max_charts,
         watch,
     };
-    component.divided(opened(mesh, marks), config.max_charts)
+    component.divided(opened(mesh, marks), config.max_charts.unwrap_or(usize::MAX))
 }
 
 /// A component that is being flattened.
@@ -91,6 +113,7 @@ struct Component<'a, 'w> {
     areas: Vec<f64>,
     /// What is left to be spent, see [`refined`].
     budget: u64,
+    max_charts: Option<usize>,
     watch: &'a Watch<'w>,
 }
 
@@ -99,6 +122,9 @@ impl Component<'_, '_> {
     fn charts(&mut self, part: Part, most: usize) -> Vec<FlatChart> {
         let patch = self.marks.patch(&part);
         let several = part.triangles.len() > 1;
+        if let Some(charts) = self.faces_of_web(&part, &patch) {
+            return charts;
+        }
         let placed = part.placed.as_ref().map(|placed| {
             let of = |h: u32| placed[h as usize / 3][corner(&part, &patch, h)];
             let scaled = |h: u32| of(h).map(|c| c * patch.scale);
@@ -109,24 +135,96 @@ impl Component<'_, '_> {
         let layout = self.refined(&part, &patch, placed.as_deref());
         match layout {
             Ok(layout) if layout.uv.iter().flatten().all(|c| c.is_finite()) => {
+                let layout = self.continued(&part, &patch, layout);
                 let layout = with_better_angles(&patch, layout, &self.allowed, self.watch);
-                let whole = chart(&part, &patch, &layout);
-                let room = several && most > 1 && self.budget > 0 && self.watch.goes_on();
-                if room && layout.energy > self.allowed.energy {
-                    let (parts, price) = self.division(&part, &patch, layout);
-                    if whole.distortion.energy - self.allowed.energy > price {
-                        let charts = self.divided(parts, most);
-                        let gain = whole.distortion.energy - self.distortion(&charts).energy;
-                        if charts.len() <= most && gain > price {
-                            return charts;
-                        }
+                let whole = whole_chart(&part, &patch, &layout);
+                let room = several && most > 1 && self.watch.goes_on();
+                if room
+                    && self.is_above(&layout)
+                    && let Some(charts) = self.several(&part, &patch, layout, most)
+                {
+                    let is_better = self.distortion(&charts).energy < whole.distortion.energy;
+                    if charts.len() <= most && is_better {
+                        return charts;
                     }
                 }
                 vec![whole]
             }
-            Ok(_) | Err(_) if several => self.divided(halves(&part, &split(&patch)), most),
+            Ok(_) | Err(_) if several => {
+                let is_free = self.max_charts.is_none();
+                let shaped = is_free.then(|| self.shaped(&part, &patch)).flatten();
+                shaped.unwrap_or_else(|| self.divided(halves(&part, &split(&patch)), most))
+            }
             Ok(_) | Err(_) => vec![lone_triangle(&part, &patch)],
         }
+    }
+
+    /// The charts of a part that is divided by its shape at once: one with so many holes and
+    /// handles that cuts between them would be most of a layout, if it consists of flat faces.
+    fn faces_of_web(&self, part: &Part, patch: &Patch) -> Option<Vec<FlatChart>> {
+        let topology = &patch.topology;
+        let holes = usize::try_from(2 - topology.euler_characteristic()).unwrap_or(0);
+        let is_web = holes >= MANY_HOLES && holes * FINE > part.triangles.len();
+        if !is_web || self.max_charts.is_some() || !self.watch.goes_on() {
+            return None;
+        }
+        let charts = self.shaped(part, patch)?;
+        let is_flat = self.distortion(&charts).energy <= 4.0 + FLAT * (self.goal.bound - 4.0);
+        is_flat.then_some(charts)
+    }
+
+    fn is_above(&self, layout: &Layout) -> bool {
+        layout.energy > self.allowed.energy
+    }
+
+    /// Whether the energy of a layout is not far from the bound.
+    fn is_near(&self, layout: &Layout) -> bool {
+        layout.energy - 4.0 <= NEAR * (self.allowed.energy - 4.0)
+    }
+
+    /// A layout that is little above the bound when no steps are left, with some more.
+    fn continued(&mut self, part: &Part, patch: &Patch, layout: Layout) -> Layout {
+        let is_short = self.budget == 0 && self.watch.goes_on();
+        if !is_short || !self.is_above(&layout) || !self.is_near(&layout) {
+            return layout;
+        }
+        self.budget = reserve(part);
+        let flat = &layout.opened.topology;
+        let corners = (0..flat.half_edges()).map(|h| layout.uv[flat.origin(h) as usize]);
+        let corners: Vec<[f64; 2]> = corners.collect();
+        match self.refined(part, patch, Some(&corners)) {
+            Ok(further) if further.energy < layout.energy => further,
+            Ok(_) | Err(_) => layout,
+        }
+    }
+
+    /// Several charts of a part whose layout in one is above the bound; none if that takes cuts
+    /// along forbidden edges. What is near to the bound is divided in two, what is far or small by
+    /// its shape; that by shape may take more charts than are allowed.
+    fn several(
+        &mut self,
+        part: &Part,
+        patch: &Patch,
+        layout: Layout,
+        most: usize,
+    ) -> Option<Vec<FlatChart>> {
+        let is_bounded = self.max_charts.is_some();
+        if is_bounded || (self.is_near(&layout) && part.triangles.len() >= FEW) {
+            self.budget = self.budget.max(reserve(part));
+            let (parts, is_allowed) = self.division(part, patch, layout);
+            if is_allowed {
+                return Some(self.divided(parts, most));
+            }
+        }
+        self.shaped(part, patch)
+    }
+
+    /// The charts of a part that is divided by its shape; none if that takes cuts along forbidden
+    /// edges.
+    fn shaped(&self, part: &Part, patch: &Patch) -> Option<Vec<FlatChart>> {
+        let pieces = by_shape(patch, self.goal.bound, self.watch)?;
+        let of_piece = |piece: &Piece| chart(part, patch, &piece.triangles, &piece.layout);
+        Some(pieces.iter().map(of_piece).collect())
     }
 
     /// The charts of parts.
@@ -136,6 +234,7 @@ impl Component<'_, '_> {
         for part in parts {
             left -= 1;
             let most = most.saturating_sub(charts.len() + left).max(1);
+            self.budget = self.budget.max(reserve(&part));
             charts.extend(self.charts(part, most));
         }
         charts
@@ -167,8 +266,8 @@ impl Component<'_, '_> {
         refined(patch, cost, start, &self.goal, &mut self.budget, self.watch)
     }
 
-    /// A part in two, and what the energy must be above the bound for that to be worth its seam.
-    fn division(&mut self, part: &Part, patch: &Patch, layout: Layout) -> (Vec<Part>, f64) {
+    /// A part in two, and whether the edges between are allowed to be cut.
+    fn division(&mut self, part: &Part, patch: &Patch, layout: Layout) -> (Vec<Part>, bool) {
         let free =
             without_regard_to_overlaps(patch, layout, &self.goal, &mut self.budget, self.watch);
         let mut part = Part {
@@ -180,15 +279,15 @@ impl Component<'_, '_> {
         let beyond = match divided_where_overlapping(patch, &free) {
             Some(beyond) if part.triangles.len() >= LARGE => beyond,
             Some(beyond) => {
-                let chart = chart(&part, patch, &free);
+                let chart = whole_chart(&part, patch, &free);
                 let placed = chart.triangles.iter();
                 part.placed = Some(placed.map(|t| t.map(|v| chart.uvs[v as usize])).collect());
                 beyond
             }
             None => split(patch),
         };
-        let price = price(patch, &free.cut, &beyond, &self.goal);
-        (halves(&part, &beyond), price)
+        let is_allowed = !is_forbidden(patch, &free.cut, &beyond);
+        (halves(&part, &beyond), is_allowed)
     }
 
     /// The distortion of charts together.
@@ -211,59 +310,58 @@ fn corner(part: &Part, patch: &Patch, h: u32) -> usize {
     corners.iter().position(|&c| c == v).unwrap_or(0)
 }
 
-/// What the energy must be above the bound for a division to be worth the seam that it adds to a
-/// cut; no number is enough where that is forbidden.
-fn price(patch: &Patch, cut: &Cut, beyond: &[bool], goal: &Goal) -> f64 {
+/// Whether a division cuts forbidden edges that a cut does not.
+fn is_forbidden(patch: &Patch, cut: &Cut, beyond: &[bool]) -> bool {
     let topology = &patch.topology;
-    let across = |h: &u32| {
-        let twin = topology.twin(*h).filter(|_| !cut.contains(*h));
-        twin.is_some_and(|twin| beyond[*h as usize / 3] != beyond[twin as usize / 3])
+    let is_across = |h: u32| {
+        let twin = topology.twin(h).filter(|_| !cut.contains(h));
+        twin.is_some_and(|twin| beyond[h as usize / 3] != beyond[twin as usize / 3])
     };
-    let seam = topology.edges().filter(across);
-    let length = seam
-        .map(|h| match patch.forbidden[h as usize] {
-            true => f64::INFINITY,
-            false => patch.lengths[h as usize],
-        })
-        .sum::<f64>();
-    goal.worth() * length
+    topology
+        .edges()
+        .any(|h| patch.forbidden[h as usize] && is_across(h))
 }
 
-/// A layout with the winding of the part's triangles and in units of the surface.
-fn chart(part: &Part, patch: &Patch, layout: &Layout) -> FlatChart {
-    let opened = &layout.opened;
-    let triangles = std::iter::zip(part.mesh.triangles(), opened.topology.triangles())
-        .map(|(corners, open)| {
-            corners.map(|corner| {
-                let is_corner =
-                    |v: &&u32| patch.source[opened.source[**v as usize] as usize] == corner;
-                open.iter().find(is_corner).copied().unwrap_or(open[0])
-            })
-        })
-        .collect();
+/// What a part may take where the effort of its component is used up.
+fn reserve(part: &Part) -> u64 {
+    RESERVE * part.triangles.len() as u64
+}
+
+/// Triangles of a part, laid out, with the winding that they have there and in units of the
+/// surface.
+fn chart(part: &Part, patch: &Patch, chosen: &[u32], layout: &Layout) -> FlatChart {
+    let wound = |(&t, flat): (&u32, &[u32; 3])| {
+        let mut corners = *flat;
+        for (h, &v) in (3 * t..).zip(flat) {
+            corners[corner(part, patch, h)] = v;
+        }
+        corners
+    };
+    let flat = layout.opened.topology.triangles();
     FlatChart {
         uvs: layout
             .uv
             .iter()
             .map(|q| q.map(|c| c / patch.scale))
             .collect(),
-        triangles,
-        source: part.triangles.clone(),
+        triangles: chosen.iter().zip(flat).map(wound).collect(),
+        source: chosen.iter().map(|&t| part.triangles[t as usize]).collect(),
         distortion: layout.distortion(),
     }
+}
+
+/// The same of a whole part.
+fn whole_chart(part: &Part, patch: &Patch, layout: &Layout) -> FlatChart {
+    let all: Vec<u32> = (0..part.triangles.len() as u32).collect();
+    chart(part, patch, &all, layout)
 }
 
 /// The first triangle of a part, as it is.
 fn lone_triangle(part: &Part, patch: &Patch) -> FlatChart {
     let corners = patch.topology.triangles()[0].map(|v| patch.positions[v as usize]);
-    let rest = RestShapes::new(&[corners], Some(1.0));
-    let [_, p, q] = rest.gradients(0);
-    // The sides are to the gradients as a matrix to its inverse.
-    let [a, b] = [[q[1], -q[0]], [-p[1], p[0]]];
-    let doubled_area = 2.0 * rest.area(0);
-    let side = |s: [f64; 2]| s.map(|c| c * doubled_area / patch.scale);
+    let flat = RestShapes::new(&[corners], Some(1.0)).corners(0);
     FlatChart {
-        uvs: vec![[0.0; 2], side(a), side(b)],
+        uvs: flat.map(|q| q.map(|c| c / patch.scale)).to_vec(),
         triangles: vec![[0, 1, 2]],
         source: part.triangles.clone(),
         distortion: Distortion::NONE,

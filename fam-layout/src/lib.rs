@@ -37,6 +37,7 @@
 //!
 //! [`lay_out_cloud`] finds a surface through the points of a cloud first (`cloud`).
 
+mod atlas;
 #[cfg(test)]
 mod checks;
 mod cloud;
@@ -73,8 +74,10 @@ pub struct LayoutConfig {
     pub distortion_bound: f64,
     /// How much a seam costs against distortion: cuts that pay less are left out.
     pub seam_weight: f64,
-    /// Most charts that a component is cut into.
-    pub max_charts: usize,
+    /// Most charts that a component is cut into to come within the bound; if `None`, as many as
+    /// that takes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_charts: Option<usize>,
     /// Empty texels between charts.
     pub margin: f64,
     /// Texels along the side of the UV square.
@@ -86,7 +89,7 @@ impl Default for LayoutConfig {
         Self {
             distortion_bound: 4.1,
             seam_weight: 1.0,
-            max_charts: 10,
+            max_charts: None,
             margin: 4.0,
             resolution: 2048,
         }
@@ -101,7 +104,7 @@ impl LayoutConfig {
             Some("distortion-bound must be a number above 4, the energy of an isometry")
         } else if !(0.0..=1e6).contains(&self.seam_weight) {
             Some("seam-weight must lie in 0..=1e6")
-        } else if self.max_charts == 0 {
+        } else if self.max_charts == Some(0) {
             Some("max-charts must be at least 1")
         } else if !(16..=65_536).contains(&self.resolution) {
             Some("resolution must lie in 16..=65536")
@@ -255,7 +258,7 @@ mod tests {
         }
         assert_eq!(of(|c| c.seam_weight = -0.1), Some("seam-weight"));
         assert_eq!(of(|c| c.seam_weight = f64::NAN), Some("seam-weight"));
-        assert_eq!(of(|c| c.max_charts = 0), Some("max-charts"));
+        assert_eq!(of(|c| c.max_charts = Some(0)), Some("max-charts"));
         assert_eq!(of(|c| c.margin = f64::NAN), Some("margin"));
         assert_eq!(of(|c| c.margin = 600.0), Some("margin"));
         assert_eq!(of(|c| c.resolution = 0), Some("resolution"));

@@ -15,11 +15,10 @@ pub struct Part {
     pub placed: Option<Vec<[[f64; 2]; 3]>>,
 }
 
-/// The two parts that a part falls into when it is divided. Vertices at one position stay
-/// apart if they were.
-pub fn halves(part: &Part, beyond: &[bool]) -> Vec<Part> {
-    let half = |side: bool| {
-        let chosen: Vec<usize> = (0..beyond.len()).filter(|&t| beyond[t] == side).collect();
+impl Part {
+    /// Some of the triangles, by their numbers in the part. Vertices at one position stay apart if
+    /// they were. `None` if there are no triangles.
+    pub fn subset(&self, chosen: &[u32]) -> Option<Self> {
         let mut index: HashMap<u32, u32> = HashMap::new();
         let mut vertices = Vec::new();
         let mut compact = |v: u32| {
@@ -30,22 +29,32 @@ pub fn halves(part: &Part, beyond: &[bool]) -> Vec<Part> {
         };
         let triangles: Vec<[u32; 3]> = chosen
             .iter()
-            .map(|&t| part.mesh.triangles()[t].map(&mut compact))
+            .map(|&t| self.mesh.triangles()[t as usize].map(&mut compact))
             .collect();
-        let position = |&v: &u32| part.mesh.positions()[v as usize];
+        let position = |&v: &u32| self.mesh.positions()[v as usize];
         let positions = vertices.iter().map(position).collect();
-        Some(Part {
+        let chosen = chosen.iter().map(|&t| t as usize);
+        Some(Self {
             mesh: TriangleMesh::new(positions, triangles).ok()?,
             vertices: vertices
                 .iter()
-                .map(|&v| part.vertices[v as usize])
+                .map(|&v| self.vertices[v as usize])
                 .collect(),
-            triangles: chosen.iter().map(|&t| part.triangles[t]).collect(),
-            placed: part
+            triangles: chosen.clone().map(|t| self.triangles[t]).collect(),
+            placed: self
                 .placed
                 .as_ref()
-                .map(|placed| chosen.iter().map(|&t| placed[t]).collect()),
+                .map(|placed| chosen.map(|t| placed[t]).collect()),
         })
+    }
+}
+
+/// The two parts that a part falls into when it is divided.
+pub fn halves(part: &Part, beyond: &[bool]) -> Vec<Part> {
+    let half = |side: bool| {
+        let all = 0..beyond.len() as u32;
+        let chosen: Vec<u32> = all.filter(|&t| beyond[t as usize] == side).collect();
+        part.subset(&chosen)
     };
     [false, true].into_iter().filter_map(half).collect()
 }

@@ -160,7 +160,7 @@ fn too_distorted(layout: &MeshLayout, config: &LayoutConfig) -> Vec<Warning> {
 
 /// That more charts were needed than were asked for.
 fn too_many_charts(layout: &MeshLayout, config: &LayoutConfig) -> Option<Warning> {
-    let limit = config.max_charts;
+    let limit = config.max_charts?;
     let charts = layout.components.iter().map(|one| one.charts);
     let above: Vec<usize> = charts.filter(|&count| count > limit).collect();
     Some(Warning::TooManyCharts {
@@ -221,7 +221,10 @@ mod tests {
 
     fn warned(components: Vec<ComponentLayout>, margin: f64, unreached: usize) -> Vec<String> {
         let laid_out = LaidOut {
-            config: LayoutConfig::default(),
+            config: LayoutConfig {
+                max_charts: Some(10),
+                ..LayoutConfig::default()
+            },
             stopped: false,
             marks: None,
             layout: MeshLayout {

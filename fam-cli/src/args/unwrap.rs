@@ -166,7 +166,7 @@ pub struct Unwrap {
     )]
     pub seam_weight: Option<f64>,
 
-    /// Most charts for each connected piece of a mesh [default: 10]
+    /// Most charts for each connected piece of a mesh [default: as many as the bound takes]
     #[arg(long, value_name = "N", help_heading = "Finishing")]
     pub max_charts: Option<usize>,
 

@@ -62,7 +62,7 @@ fn a_surface_of_more_than_a_full_turn_is_divided() {
     outcome.check_energy();
     assert!(outcome.energy() <= ISOMETRIC, "{}", outcome.energy());
     assert!((2..=10).contains(&outcome.charts()), "{}", outcome.charts());
-    task.config.max_charts = 1;
+    task.config.max_charts = Some(1);
     let outcome = task.run(&ruff);
     outcome.check_energy();
     assert_eq!(outcome.charts(), 1);

@@ -53,7 +53,7 @@ fn a_cube_cut_along_all_its_creases_is_six_squares() {
         wanted: &creases,
         ..Task::default()
     };
-    task.config.max_charts = 1;
+    task.config.max_charts = Some(1);
     let outcome = task.run(&cube);
     outcome.check_energy();
     assert_eq!(outcome.charts(), 6);

@@ -1,6 +1,7 @@
-//! Finishing as a whole: on surfaces whose answer is known, marked ones, unusual ones and
-//! random ones.
+//! Finishing as a whole: on surfaces whose answer is known, marked ones, unusual ones, hard ones
+//! and random ones.
 
+mod hard;
 mod known;
 mod marked;
 mod random;

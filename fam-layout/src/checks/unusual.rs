@@ -202,7 +202,7 @@ fn a_faithful_map_in_any_guise_is_taken() {
 fn one_chart_if_no_more_are_allowed() {
     for bound in [4.0001, 4.1] {
         let mut task = Task::within(bound);
-        task.config.max_charts = 1;
+        task.config.max_charts = Some(1);
         let outcome = task.run(&sphere(5));
         outcome.check_energy();
         assert_eq!(outcome.charts(), 1);

@@ -62,6 +62,20 @@ impl Patch {
         }
     }
 
+    /// Some of its triangles by themselves, at the same scale. The sources of the vertices are
+    /// vertices of this patch.
+    pub fn subset(&self, triangles: &[u32]) -> Self {
+        let part = self.topology.part(triangles);
+        let at = |&v: &u32| self.positions[v as usize];
+        let positions = part.source.iter().map(at).collect();
+        let half_edges = triangles.iter().flat_map(|&t| 3 * t..3 * t + 3);
+        let forbidden = half_edges.map(|h| self.forbidden[h as usize]);
+        Self {
+            forbidden: forbidden.collect(),
+            ..Self::over(part, positions, self.scale)
+        }
+    }
+
     /// With the edges forbidden for which `forbidden` holds, by vertices of the mesh.
     pub fn forbidding(mut self, forbidden: impl Fn(u32, u32) -> bool) -> Self {
         let at = |v: u32| self.source[v as usize];

@@ -58,8 +58,10 @@ pub(super) fn found(
 ) -> Result<Layout, SolveError> {
     let patch = problem.patch;
     let count = patch.topology.triangles().len();
-    let Some(coarse) = cheapest(problem, start, goal, budget, report) else {
-        return super::found(problem, start, goal, budget, report);
+    let coarse = match cheapest(problem, start, goal, budget, report) {
+        Ok(Some(coarse)) => coarse,
+        Ok(None) => return super::found(problem, start, goal, budget, report),
+        Err(error) => return Err(error),
     };
     let own = patch.without_forbidden(crease_costs(patch));
     let cost = std::mem::replace(&mut problem.cost, own);
@@ -94,16 +96,16 @@ fn cheapest<'a>(
     goal: &Goal,
     budget: u64,
     report: &Report,
-) -> Option<Coarse<'a>> {
+) -> Result<Option<Coarse<'a>>, SolveError> {
     let patch = problem.patch;
     let count = patch.topology.triangles().len();
     if count < LARGE || matches!(start, Start::Layout(_)) {
-        return None;
+        return Ok(None);
     }
     let [first, others @ .., least] = SIMPLE;
     let least = Simplification::new(&patch.topology, &patch.positions, least);
     if 2 * least.triangles() > count {
-        return None;
+        return Ok(None);
     }
     let creases = patch.without_forbidden(crease_costs(patch));
     let unguided: Guide = (&creases, &Start::Nothing);
@@ -116,29 +118,29 @@ fn cheapest<'a>(
             let restored = others.iter().map(|&size| least.clone().restored(size));
             let simpler = restored.chain([least.clone()]);
             for simple in simpler.take_while(|_| problem.goes_on()) {
-                smaller.extend(searched(problem, unguided, goal, budget, simple, &silent));
+                smaller.extend(searched(problem, unguided, goal, budget, simple, &silent).ok());
             }
             if matches!(start, Start::Map(_)) && problem.goes_on() {
                 let guide = (problem.cost.as_slice(), start);
-                smaller.extend(searched(
-                    problem,
-                    guide,
-                    goal,
-                    budget,
-                    least.clone(),
-                    &silent,
-                ));
+                let simple = least.clone();
+                smaller.extend(searched(problem, guide, goal, budget, simple, &silent).ok());
             }
         });
         let simple = least.clone().restored(first);
         searched(problem, unguided, goal, budget, simple, report)
     });
     // Where it was broken off, the others did not have the same time.
-    if !problem.goes_on() && first.is_some() {
+    if !problem.goes_on() && first.is_ok() {
         smaller.clear();
     }
+    if let Err(SolveError::Unbounded) = first
+        && smaller.is_empty()
+        && problem.goes_on()
+    {
+        return Err(SolveError::Unbounded);
+    }
     let found = first.into_iter().chain(smaller);
-    found.reduce(|best, other| {
+    let best = found.reduce(|best, other| {
         let worth = |coarse: &Coarse| {
             let layout = &coarse.layout;
             let within = is_about_within(layout, goal.bound);
@@ -153,10 +155,11 @@ fn cheapest<'a>(
         } else {
             best
         }
-    })
+    });
+    Ok(best)
 }
 
-/// A layout of a simpler surface, if there is one. `guide` is what cuts cost along the half-edges
+/// A layout of a simpler surface. `guide` is what cuts cost along the half-edges
 /// of the patch, and where to start from.
 fn searched<'a>(
     problem: &Problem<'a>,
@@ -165,7 +168,7 @@ fn searched<'a>(
     budget: u64,
     simplification: Simplification<'a>,
     report: &Report,
-) -> Option<Coarse<'a>> {
+) -> Result<Coarse<'a>, SolveError> {
     let patch = problem.patch;
     let mut simplified = simplification.simplified(patch.scale);
     let costs = carried_costs(patch, cost, &simplified.patch);
@@ -180,10 +183,9 @@ fn searched<'a>(
     let start = map.as_deref().map_or(Start::Nothing, Start::Map);
     let layout = super::found(&mut coarse, &start, goal, share, report);
     problem.charge(coarse.work());
-    let layout = layout.ok()?;
-    Some(Coarse {
+    Ok(Coarse {
         simplification,
-        layout,
+        layout: layout?,
         simplified,
     })
 }
@@ -302,6 +304,7 @@ mod tests {
     const GOAL: Goal = Goal {
         bound: 4.1,
         seam_weight: 1.0,
+        gives_up: false,
     };
 
     #[test]
@@ -311,7 +314,8 @@ mod tests {
         let mut problem = Problem::new(&patch, patch.lengths.clone(), &goes_on);
         let budget = 300 * patch.areas.len() as u64;
         let report = |_: f64, _: f64| true;
-        let coarse = cheapest(&problem, &Start::Nothing, &GOAL, budget, &report).unwrap();
+        let coarse = cheapest(&problem, &Start::Nothing, &GOAL, budget, &report);
+        let coarse = coarse.unwrap().unwrap();
         assert!(coarse.simplified.patch.areas.len() < patch.areas.len() / 2);
         assert!(coarse.layout.suits(GOAL.bound));
         problem.injective = true;
@@ -340,7 +344,8 @@ mod tests {
         let map = vec![[0.0; 2]; 3 * patch.areas.len()];
         let length = |cost: Vec<f64>, start: &Start| {
             let problem = Problem::new(&patch, cost, &goes_on);
-            let found = cheapest(&problem, start, &GOAL, budget, &|_, _| true).unwrap();
+            let found = cheapest(&problem, start, &GOAL, budget, &|_, _| true);
+            let found = found.unwrap().unwrap();
             assert!(found.layout.suits(GOAL.bound));
             found.layout.cut.cost(&found.simplified.patch.lengths)
         };
@@ -355,7 +360,7 @@ mod tests {
         let problem = Problem::new(&patch, patch.lengths.clone(), &goes_on);
         let budget = 300 * patch.areas.len() as u64;
         let coarse = cheapest(&problem, &Start::Nothing, &GOAL, budget, &|_, _| true);
-        assert!(coarse.is_none());
+        assert!(coarse.unwrap().is_none());
     }
 
     /// The edges that do not exist on the simpler surface included.

@@ -10,7 +10,7 @@ mod coarse;
 mod diffusion;
 mod grow;
 mod peaks;
-mod problem;
+pub mod problem;
 mod shorten;
 mod tidy;
 
@@ -20,6 +20,7 @@ use std::cmp::Ordering;
 use crate::costs::creases::crease_costs;
 use crate::cut::Cut;
 use crate::cut::disk::cut_to_disk;
+use crate::cut::paths::{cheapest_path, distances};
 use crate::distortion::Distortion;
 use crate::patch::Patch;
 use crate::solve::SolveError;
@@ -46,6 +47,17 @@ const SHARE_OF_STEPS: f64 = 0.6;
 
 /// The share of what is left of them in which it is looked for where a part would overlap itself.
 const SHARE_OF_FREEDOM: f64 = 0.3;
+
+/// Above this energy a first layout leads nowhere: some parts of it are thousands of times
+/// smaller than others, and no number of steps evens that out.
+const HOPELESS: f64 = 1e4;
+
+/// A vertex farther from the cut than this lies on a limb that is to be cut, in units of the
+/// square root of the area: a quarter of the radius of a disk of that area.
+const LIMB: f64 = 0.15;
+
+/// How many limbs are cut at most.
+const MOST_LIMBS: usize = 100;
 
 /// How often the cut is straightened and gone over.
 const CYCLES: usize = 3;
@@ -83,6 +95,8 @@ pub struct Goal {
     pub bound: f64,
     /// What a cut must bring, in multiples of what it usually must.
     pub seam_weight: f64,
+    /// Whether to give up early where one chart will not do.
+    pub gives_up: bool,
 }
 
 impl Goal {
@@ -275,9 +289,68 @@ fn searched(
     };
     let start = match taken {
         Some(layout) => layout,
-        None => problem.flattened(cut, START)?,
+        None => match first_layout(problem, cut) {
+            Ok(layout) if !goal.gives_up || layout.energy <= HOPELESS || !problem.goes_on() => {
+                layout
+            }
+            Err(error) if !goal.gives_up || !matches!(error, SolveError::Collapsed { .. }) => {
+                return Err(error);
+            }
+            Ok(_) | Err(_) => return Err(SolveError::Unbounded),
+        },
     };
     Ok(grown(problem, growth, start, goal, proceed))
+}
+
+/// A layout along a cut. Where there is none, or none that leads anywhere, the cut reaches into
+/// all limbs: a long limb that is not cut shrinks exponentially along its length, down to what
+/// double precision cannot tell apart.
+fn first_layout(problem: &Problem, cut: Cut) -> Result<Layout, SolveError> {
+    let first = problem.flattened(cut.clone(), START);
+    let is_hopeless = |first: &Result<Layout, SolveError>| match first {
+        Ok(layout) => layout.energy > HOPELESS,
+        Err(_) => true,
+    };
+    if !is_hopeless(&first) || !problem.goes_on() {
+        return first;
+    }
+    let longer = problem.flattened(into_limbs(problem, cut), START);
+    match (first, longer) {
+        (Ok(first), Ok(longer)) if first.energy < longer.energy => Ok(first),
+        (first, longer) => longer.or(first),
+    }
+}
+
+/// A cut extended to the vertices farthest from it until none is far.
+fn into_limbs(problem: &Problem, mut cut: Cut) -> Cut {
+    let topology = &problem.patch.topology;
+    for _ in 0..MOST_LIMBS {
+        let is_border = |h: &u32| cut.contains(*h) || topology.twin(*h).is_none();
+        let border: Vec<u32> = (0..topology.half_edges()).filter(is_border).collect();
+        let mut is_reached = vec![false; topology.vertices()];
+        for &h in &border {
+            is_reached[topology.origin(h) as usize] = true;
+            is_reached[topology.target(h) as usize] = true;
+        }
+        let reached: Vec<u32> = (0..topology.vertices() as u32)
+            .filter(|&v| is_reached[v as usize])
+            .collect();
+        let depth = distances(topology, &problem.patch.lengths, &reached);
+        let depth_of = |v: u32| match depth[v as usize] {
+            depth if depth.is_finite() => depth,
+            _ => 0.0,
+        };
+        let deepest = (0..topology.vertices() as u32)
+            .max_by(|&a, &b| depth_of(a).total_cmp(&depth_of(b)).then(b.cmp(&a)));
+        let Some(tip) = deepest.filter(|&tip| depth_of(tip) > LIMB) else {
+            break;
+        };
+        match cheapest_path(topology, &problem.cost, &[tip], |v| is_reached[v as usize]) {
+            Some(path) if !path.is_empty() => cut.add(topology, &path),
+            _ => break,
+        }
+    }
+    cut
 }
 
 /// By how much a layout is better than another: less above the bound, fewer forbidden edges, or
@@ -350,6 +423,7 @@ mod tests {
         let goal = Goal {
             bound: 4.06,
             seam_weight: 1.0,
+            gives_up: false,
         };
         let mut observe = |_| ControlFlow::Continue(());
         let mut observe: &mut (dyn FnMut(_) -> _ + Send) = &mut observe;

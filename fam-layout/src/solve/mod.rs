@@ -48,6 +48,9 @@ pub(crate) enum SolveError {
         /// The first such triangle: it lies on a limb that has to be cut.
         triangle: usize,
     },
+    /// There is a layout, but one of so much distortion that cutting further leads nowhere.
+    #[error("its distortion is out of all bounds")]
+    Unbounded,
     /// A linear system could not be set up or solved.
     #[error("a sparse system could not be solved")]
     Singular,

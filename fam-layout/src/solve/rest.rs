@@ -83,6 +83,16 @@ impl RestShapes {
         [[-g1[0] - g2[0], -g1[1] - g2[1]], g1, g2]
     }
 
+    /// The corners of triangle `t` by itself in the plane, counter-clockwise, the first at the
+    /// origin.
+    pub(crate) fn corners(&self, t: usize) -> [[f64; 2]; 3] {
+        // The sides are to the gradients as a matrix to its inverse.
+        let [p, q] = self.gradients[t];
+        let doubled_area = 2.0 * self.areas[t];
+        let side = |s: [f64; 2]| s.map(|c| c * doubled_area);
+        [[0.0; 2], side([q[1], -q[0]]), side([-p[1], p[0]])]
+    }
+
     /// The length of the edge of triangle `t` from corner `c` to the next.
     pub(crate) fn edge_length(&self, t: usize, c: usize) -> f64 {
         // The gradient of the third corner is orthogonal to the edge, and of length

@@ -11,7 +11,7 @@ mod simple;
 mod slits;
 
 pub(crate) use barrier::Pair;
-pub(crate) use slits::open_slits;
+pub(crate) use slits::{open_contacts, open_slits};
 
 use std::ops::Range;
 

@@ -32,8 +32,44 @@ pub(crate) fn open_slits(
     boundary: &Boundary,
     uv: &mut [Point],
 ) -> Result<(), SlitsStuck> {
+    let moves = moves(topology, source, boundary, uv);
+    moved_apart(topology, boundary, uv, moves)
+}
+
+/// The same wherever the boundary touches itself, as along T-junctions, where a long edge lies
+/// on several short ones without being joined to them.
+pub(crate) fn open_contacts(
+    topology: &Topology,
+    boundary: &Boundary,
+    uv: &mut [Point],
+) -> Result<(), SlitsStuck> {
+    let mut touches = vec![false; boundary.vertices.len()];
+    let _: ControlFlow<()> = boundary.for_each_touching_pair(uv, |i, j| {
+        for k in [i, j] {
+            touches[k] = true;
+            touches[boundary.next(k)] = true;
+        }
+        ControlFlow::Continue(())
+    });
+    let moves = touches
+        .iter()
+        .enumerate()
+        .map(|(i, &touches)| match touches {
+            true => inward(topology, boundary, uv, i),
+            false => Move::NONE,
+        });
+    let moves = moves.collect();
+    moved_apart(topology, boundary, uv, moves)
+}
+
+/// Makes moves, or shorter ones, after which the boundary is simple.
+fn moved_apart(
+    topology: &Topology,
+    boundary: &Boundary,
+    uv: &mut [Point],
+    mut moves: Vec<Move>,
+) -> Result<(), SlitsStuck> {
     let closed = uv.to_vec();
-    let mut moves = moves(topology, source, boundary, uv);
     for _ in 0..HALVINGS {
         for (i, step) in moves.iter().enumerate() {
             let v = boundary.vertices[i] as usize;
@@ -63,19 +99,20 @@ struct Move {
     length: f64,
 }
 
+impl Move {
+    const NONE: Self = Self {
+        direction: [0.0; 2],
+        length: 0.0,
+    };
+}
+
 /// A move for every boundary vertex; without length for those that are on no closed slit.
 fn moves(topology: &Topology, source: &[u32], boundary: &Boundary, uv: &[Point]) -> Vec<Move> {
     let mut by_source: Vec<(u32, usize)> = (0..boundary.vertices.len())
         .map(|i| (source[boundary.vertices[i] as usize], i))
         .collect();
     by_source.sort_unstable();
-    let mut moves = vec![
-        Move {
-            direction: [0.0; 2],
-            length: 0.0,
-        };
-        by_source.len()
-    ];
+    let mut moves = vec![Move::NONE; by_source.len()];
     for copies in by_source.chunk_by(|a, b| a.0 == b.0) {
         for &(_, i) in copies {
             let here = boundary.point(uv, i);
