@@ -9,8 +9,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use fam_io::WriteOptions;
-use fam_layout::{LayoutConfig, Marks, MeshInput, lay_out};
+use fam_layout::{LayoutConfig, Marks, MeshInput, lay_out, lay_out_cloud};
 use fam_surface::metrics::Metrics;
+use fam_surface::plane::{Plane, frame};
+use fam_surface::vector::{dot, sub};
 use fam_surface::{Components, Edges, Surface, UvMap};
 
 #[global_allocator]
@@ -27,8 +29,9 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 fn unwrap(input: &Path, output: Option<&Path>) -> Result<(), Box<dyn Error>> {
     let document = fam_io::read_surface(input)?;
-    let Surface::Mesh(mesh) = document.surface() else {
-        return Err("a point cloud: it needs a map (see `fam`)".into());
+    let mesh = match document.surface() {
+        Surface::Mesh(mesh) => mesh,
+        Surface::PointCloud(cloud) => return unwrap_cloud(input, cloud.points()),
     };
     let started = Instant::now();
     let components = Components::of(mesh, &document.labels().objects)?;
@@ -65,5 +68,35 @@ fn unwrap(input: &Path, output: Option<&Path>) -> Result<(), Box<dyn Error>> {
     if let Some(output) = output {
         document.write_mesh_uvs(&uvs, output, &WriteOptions::default())?;
     }
+    Ok(())
+}
+
+/// Lays out a point cloud with its projection to a plane in the place of a trained map.
+fn unwrap_cloud(input: &Path, points: &[[f64; 3]]) -> Result<(), Box<dyn Error>> {
+    let plane = Plane::fit(points.iter().map(|&p| (p, 1.0)));
+    let [u, v, _] = frame(plane.normal);
+    let placed = points.iter().map(|&p| sub(p, plane.centre));
+    let map: Vec<[f32; 2]> = placed
+        .map(|p| [dot(u, p), dot(v, p)].map(|c| c as f32))
+        .collect();
+    let started = Instant::now();
+    let layout = lay_out_cloud(&LayoutConfig::default(), points, &map, &mut |_| {
+        ControlFlow::Continue(())
+    });
+    let seconds = started.elapsed().as_secs_f64();
+    let components = &layout.atlas.components;
+    let triangles = components.iter().map(|c| c.uvs.triangles().len());
+    println!(
+        "{}: {} points, {} without a place; {} triangles in {} parts, {seconds:.2} s, {} charts, \
+         energy {:.4}, seams {:.2}",
+        input.display(),
+        points.len(),
+        layout.unreached,
+        triangles.sum::<usize>(),
+        components.len(),
+        components.iter().map(|c| c.charts).sum::<usize>(),
+        layout.atlas.energy(),
+        layout.atlas.relative_seam_length(),
+    );
     Ok(())
 }

@@ -1,6 +1,7 @@
 use fam_surface::neighbors::nearest_others;
 use fam_surface::plane::{Plane, frame};
 use fam_surface::vector::{dot, length, scale, sub};
+use rayon::prelude::*;
 
 /// How many neighbours of a point are looked at. Where other sheets come within twice the
 /// spacing, a third of them is on the own sheet.
@@ -57,13 +58,13 @@ impl<'a> Neighborhood<'a> {
             uv_scale: Vec::new(),
             frames: Vec::new(),
         };
-        let all = 0..points.len() as u32;
-        of.spacing = all.clone().map(|p| of.own_spacing(p)).collect();
-        of.spacing = all.clone().map(|p| of.usual_spacing(p)).collect();
-        of.uv_scale = all.clone().map(|p| of.uv_scale_at(p)).collect();
-        let mut normals: Vec<[f64; 3]> = all.clone().map(|p| of.nearest_normal(p)).collect();
+        let all = || (0..points.len() as u32).into_par_iter();
+        of.spacing = all().map(|p| of.own_spacing(p)).collect();
+        of.spacing = all().map(|p| of.usual_spacing(p)).collect();
+        of.uv_scale = all().map(|p| of.uv_scale_at(p)).collect();
+        let mut normals: Vec<[f64; 3]> = all().map(|p| of.nearest_normal(p)).collect();
         for _ in 0..ROUNDS {
-            normals = all.clone().map(|p| of.best_normal(p, &normals)).collect();
+            normals = all().map(|p| of.best_normal(p, &normals)).collect();
         }
         of.frames = normals.into_iter().map(frame).collect();
         of

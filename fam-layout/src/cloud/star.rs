@@ -1,3 +1,5 @@
+use rayon::prelude::*;
+
 use super::neighborhood::Neighborhood;
 
 /// Largest radius of a circle through the corners of a triangle, in spacings.
@@ -15,18 +17,19 @@ pub(super) struct Candidate {
 
 /// The triangles of all stars, by ascending corners.
 pub(super) fn candidates(neighborhood: &Neighborhood) -> Vec<Candidate> {
-    let mut all: Vec<Candidate> = Vec::new();
-    for p in 0..neighborhood.points.len() as u32 {
-        for (mut corners, radius) in star(neighborhood, p) {
-            corners.sort_unstable();
-            all.push(Candidate {
-                corners,
-                votes: 1,
-                radius,
-            });
+    let candidate = |(mut corners, radius): ([u32; 3], f64)| {
+        corners.sort_unstable();
+        Candidate {
+            corners,
+            votes: 1,
+            radius,
         }
-    }
-    all.sort_by(|a, b| {
+    };
+    let points = (0..neighborhood.points.len() as u32).into_par_iter();
+    let mut all: Vec<Candidate> = points
+        .flat_map_iter(|p| star(neighborhood, p).into_iter().map(candidate))
+        .collect();
+    all.par_sort_by(|a, b| {
         let radius = a.radius.total_cmp(&b.radius);
         a.corners.cmp(&b.corners).then(radius)
     });
