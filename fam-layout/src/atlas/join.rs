@@ -101,6 +101,9 @@ struct Placing {
     energy: f64,
 }
 
+/// A weight, a point and the place that it is to come to.
+type Pair = (f64, [f64; 2], [f64; 2]);
+
 impl<'a> Charts<'a> {
     fn new(patch: &'a Patch, pieces: &[Piece], bound: f64) -> Self {
         let topology = &patch.topology;
@@ -304,7 +307,7 @@ impl<'a> Charts<'a> {
 
     /// The rigid motion that takes the half-edges of a chain to their twins, as well as it can.
     fn fitted(&self, chain: &[(u32, u32)]) -> Option<impl Fn([f64; 2]) -> [f64; 2] + use<>> {
-        let pairs: Vec<(f64, [f64; 2], [f64; 2])> = chain
+        let pairs: Vec<Pair> = chain
             .iter()
             .flat_map(|&(h, twin)| {
                 let (own, others) = (self.ends(h), self.ends_of_twin(twin));
@@ -314,7 +317,7 @@ impl<'a> Charts<'a> {
             })
             .collect();
         let total: f64 = pairs.iter().map(|pair| pair.0).sum();
-        let mean = |of: fn(&(f64, [f64; 2], [f64; 2])) -> [f64; 2]| {
+        let mean = |of: fn(&Pair) -> [f64; 2]| {
             [0, 1].map(|k| pairs.iter().map(|pair| pair.0 * of(pair)[k]).sum::<f64>() / total)
         };
         let (from, to) = (mean(|pair| pair.1), mean(|pair| pair.2));
