@@ -21,6 +21,10 @@ use fam_surface::{Component, Components, TriangleMesh, UvMap};
 const SHARE_OF_MESHES: f64 = 0.97;
 const SHARE_OF_CLOUDS: f64 = 0.2;
 
+/// Triangles from which on a component of a cloud is cut as a mesh is: scans of this size have noise
+/// that no cut takes away, and to look for cuts all the same takes minutes.
+const LARGE_CLOUD: usize = 60_000;
+
 /// Finishes the raw map of a mesh. `observe` is called often, whether there is something new or
 /// not; after it breaks off, nothing is refined any more. The result is valid all the same.
 ///
@@ -31,14 +35,14 @@ pub fn lay_out(
     unfinished: &MeshInput,
     observe: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
 ) -> MeshLayout {
-    lay_out_within(config, SHARE_OF_MESHES, unfinished, observe)
+    lay_out_within(config, |_| SHARE_OF_MESHES, unfinished, observe)
 }
 
-/// [`lay_out`], where a component is cut until a share of what the energy may be above that of an
-/// isometry is reached; all of it is used for better angles then.
+/// [`lay_out`], where a component of so many triangles is cut until a `share` of what the energy may
+/// be above that of an isometry is reached; all of it is used for better angles then.
 fn lay_out_within(
     config: &LayoutConfig,
-    share: f64,
+    share: impl Fn(usize) -> f64 + Sync,
     unfinished: &MeshInput,
     observe: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
 ) -> MeshLayout {
@@ -57,7 +61,7 @@ fn lay_out_within(
             Some(chart) => vec![chart],
             None => {
                 let map = unfinished.map.map(|map| map[i].as_slice());
-                flat_charts(config, share, &mesh, map, &marks, &watch)
+                flat_charts(config, share(sizes[i]), &mesh, map, &marks, &watch)
             }
         };
         watch.finishes(sizes[i]);
@@ -78,6 +82,14 @@ fn lay_out_within(
         components,
         coverage: placed.coverage,
         margin: placed.margin,
+    }
+}
+
+/// How far a component of a cloud is cut.
+fn share_of_cloud(triangles: usize) -> f64 {
+    match triangles < LARGE_CLOUD {
+        true => SHARE_OF_CLOUDS,
+        false => SHARE_OF_MESHES,
     }
 }
 
@@ -271,7 +283,7 @@ pub fn lay_out_cloud(
         squares: &[],
         marks: &Marks::default(),
     };
-    let atlas = lay_out_within(config, SHARE_OF_CLOUDS, &unfinished, observe);
+    let atlas = lay_out_within(config, share_of_cloud, &unfinished, observe);
     let mut placed: Vec<Option<[f32; 2]>> = vec![None; points.len()];
     for (component, finished) in components.list.iter().zip(&atlas.components) {
         let own = places(&component.mesh, &finished.uvs);
