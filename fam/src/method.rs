@@ -57,7 +57,7 @@ mod tests {
     #[test]
     fn auto_takes_the_networks_only_where_they_are_needed() {
         let mesh = Surface::Mesh(shapes::rectangle(1.0, 1.0, 2, 2));
-        let cloud = Surface::PointCloud(PointCloud::new(vec![[0.0; 3], [1.0; 3]]).unwrap());
+        let cloud = Surface::PointCloud(PointCloud::new(vec![[0.0; 3], [1.0; 3]], None).unwrap());
         let auto = |surface: &Surface, finish| Method::Auto.on(surface, finish);
         assert_eq!(auto(&mesh, FinishMode::Full), Used::Direct);
         assert_eq!(auto(&mesh, FinishMode::None), Used::Neural);

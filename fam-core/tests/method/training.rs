@@ -8,13 +8,14 @@ use burn_autodiff::Autodiff;
 use burn_ndarray::NdArray;
 use fam_core::losses::{LossTerm, LossWeights, Objective};
 use fam_core::map::TrainedMap;
-use fam_core::neighbors::{KdTree, NeighborSearch, nearest_others};
+use fam_core::neighbors::{KdTree, NeighborSearch};
 use fam_core::networks::FlattenAnythingConfig;
 use fam_core::sampling::Sampling;
 use fam_core::training::{
     Ablation, OptimizerKind, Step, Strategies, Trainer, TrainingConfig, TrainingError, train,
 };
 use fam_surface::metrics::Metrics;
+use fam_surface::neighbors::nearest_others;
 use fam_surface::{PointCloud, Surface, TriangleMesh, UvMap, shapes};
 
 type Cpu = Autodiff<NdArray>;
