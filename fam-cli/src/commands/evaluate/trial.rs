@@ -156,6 +156,9 @@ impl Trial<'_> {
     }
 }
 
+/// The components of a mesh, the UVs of their vertices, and how each was trained.
+type Learnt = (Option<Components>, Vec<Vec<[f32; 2]>>, Vec<Part>);
+
 /// Training on any backend.
 struct Train<'a, 'p> {
     config: &'a TrainingConfig,
@@ -165,7 +168,7 @@ struct Train<'a, 'p> {
 }
 
 impl Job for Train<'_, '_> {
-    type Output = Result<(Option<Components>, Vec<Vec<[f32; 2]>>, Vec<Part>), UnwrapError>;
+    type Output = Result<Learnt, UnwrapError>;
 
     fn run<B: AutodiffBackend>(
         self,
