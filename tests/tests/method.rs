@@ -141,7 +141,7 @@ fn a_single_triangle_is_laid_out_by_either_method() {
 fn the_sides_of_a_sheet_share_their_uvs_or_have_their_own() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let sheet = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nf 4 3 2 1\n";
+    let sheet = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nf 1 4 3 2\n";
     fs::write(folder.join("sheet.obj"), sheet).unwrap();
     for (option, charts) in [(&[][..], 1), (&["--separate-duplicates"], 2)] {
         let run = succeeds(folder, &[&["unwrap", "sheet.obj"], option].concat());
