@@ -307,9 +307,9 @@ fn materials_get_a_square_each_if_asked() {
 #[test]
 fn what_is_wrong_with_a_mesh_is_said_and_counted() {
     let folder = tempfile::tempdir().unwrap();
-    // Three sheets at one edge, one triangle twice, one without area, a vertex too many.
+    // Five sheets at one edge, one of them without area; one triangle twice, a vertex too many.
     let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 -1 1\nv 9 9 9\nv 2 0 0\nv 0 1 0\n\
-                f 1 2 3\nf 1 2 4\nf 1 2 5\nf 3 1 2\nf 1 2 7\nf 2 8 4\n";
+                v 0 -1 0\nf 1 2 3\nf 1 2 4\nf 1 2 5\nf 3 1 2\nf 1 2 7\nf 2 8 4\nf 1 2 9\n";
     fs::write(folder.path().join("messy.obj"), text).unwrap();
     let run = succeeds(folder.path(), &brief(&["messy.obj"]));
     let expected = "1 coinciding vertices taken for one, 1 non-manifold edges split, \
@@ -323,12 +323,12 @@ fn what_is_wrong_with_a_mesh_is_said_and_counted() {
     assert_eq!(found["non_manifold_edges"], 1);
     assert_eq!(found["duplicate_triangles"], 1);
     assert_eq!(found["zero_area_triangles"], 1);
-    // The edge of the three sheets is where the mesh was taken apart.
+    // Two pairs go on across the edge; the fifth sheet was taken apart there.
     let seams = json(folder.path().join("messy.fam/seams.json"));
     let edges = seams["edges"].as_array().unwrap();
     assert!(edges.contains(&serde_json::json!([0, 1])));
     let written = read_surface(folder.path().join("messy.fam/messy.obj")).unwrap();
-    assert_eq!(written.uv_map().unwrap().triangles().len(), 6);
+    assert_eq!(written.uv_map().unwrap().triangles().len(), 7);
 }
 
 /// The models and what comes of them, where they are present.
