@@ -13,7 +13,8 @@
 //!
 //! # fn main() -> Result<(), fam::UnwrapError> {
 //! let surface = Surface::Mesh(shapes::torus(1.0, 0.4, 24, 12));
-//! let unwrapped = unwrap_direct(&surface, &Options::default(), &mut |_| {
+//! // No networks, so no map of any type.
+//! let unwrapped = unwrap_direct::<()>(&surface, &Options::default(), &mut |_| {
 //!     ControlFlow::Continue(())
 //! })?;
 //! if let Uvs::Mesh(uvs) = &unwrapped.uvs {
