@@ -38,6 +38,17 @@ const CARRIED: Effort = Effort {
     decrease: 1e-4,
 };
 
+/// Patches of at least this many triangles are cut, and seams shortened, on surfaces of about
+/// `MIDDLE` triangles; after that they are only flattened along the cut.
+const HUGE: usize = 30_000;
+const MIDDLE: usize = 12_000;
+
+/// How often a cut is looked for there, each time with a lower bound.
+const ATTEMPTS: usize = 3;
+
+/// By how much the bound there is lowered, in units of what the whole surface misses it by.
+const OVERSHOOT: f64 = 1.3;
+
 /// What cuts cost along every half-edge of a patch, and where to start from.
 type Guide<'a, 'b> = (&'a [f64], &'a Start<'b>);
 
@@ -58,6 +69,13 @@ pub(super) fn found(
 ) -> Result<Layout, SolveError> {
     let patch = problem.patch;
     let count = patch.topology.triangles().len();
+    if count >= HUGE && !matches!(start, Start::Layout(_)) {
+        match by_way_of_middle(problem, start, goal, budget, report) {
+            Ok(Some(layout)) => return Ok(layout),
+            Ok(None) => {}
+            Err(error) => return Err(error),
+        }
+    }
     let coarse = match cheapest(problem, start, goal, budget, report) {
         Ok(Some(coarse)) => coarse,
         Ok(None) => return super::found(problem, start, goal, budget, report),
@@ -86,6 +104,65 @@ pub(super) fn found(
         layout = completed(problem, &growth, layout, goal, &mut proceed);
     }
     Ok(layout)
+}
+
+/// The same, where the patch is so large that its cut is also grown and shortened on a simpler
+/// surface. `None` if that leads to no layout that is about within the bound.
+fn by_way_of_middle(
+    problem: &mut Problem,
+    start: &Start,
+    goal: &Goal,
+    budget: u64,
+    report: &Report,
+) -> Result<Option<Layout>, SolveError> {
+    let patch = problem.patch;
+    let middle = Simplification::new(&patch.topology, &patch.positions, MIDDLE);
+    if 2 * middle.triangles() > patch.topology.triangles().len() {
+        return Ok(None);
+    }
+    let guided: Guide = (&problem.cost.clone(), start);
+    let own = patch.without_forbidden(crease_costs(patch));
+    let mut wanted = Goal { ..*goal };
+    let mut best: Option<Layout> = None;
+    for _ in 0..ATTEMPTS {
+        let coarse = searched(
+            problem,
+            guided,
+            &wanted,
+            budget,
+            middle.clone(),
+            report,
+            found,
+        );
+        let coarse = match coarse {
+            Ok(coarse) => coarse,
+            Err(SolveError::Unbounded) if problem.goes_on() => return Err(SolveError::Unbounded),
+            Err(_) => break,
+        };
+        let reached = coarse.layout.energy;
+        let cost = std::mem::replace(&mut problem.cost, own.clone());
+        problem.injective = true;
+        let layout = carried(problem, coarse, goal, report);
+        (problem.cost, problem.injective) = (cost, false);
+        let Ok(layout) = layout else { break };
+        if problem.forbidden_edges(&layout) > 0 && problem.goes_on() {
+            break;
+        }
+        let missed = layout.energy - goal.bound;
+        if missed <= 0.0 || !problem.goes_on() {
+            return Ok(Some(layout));
+        }
+        let is_better = |best: &Layout| layout.energy < best.energy;
+        if best.as_ref().is_none_or(is_better) {
+            best = Some(layout);
+        }
+        // What is finer adds to the energy.
+        wanted.bound = reached.min(wanted.bound) - OVERSHOOT * missed;
+        if wanted.bound <= 4.0 {
+            break;
+        }
+    }
+    Ok(best.filter(|layout| is_about_within(layout, goal.bound)))
 }
 
 /// Of those found on simpler surfaces, the layout that misses the bound least, if at all by more
@@ -118,16 +195,37 @@ fn cheapest<'a>(
             let restored = others.iter().map(|&size| least.clone().restored(size));
             let simpler = restored.chain([least.clone()]);
             for simple in simpler.take_while(|_| problem.goes_on()) {
-                smaller.extend(searched(problem, unguided, goal, budget, simple, &silent).ok());
+                smaller.extend(
+                    searched(
+                        problem,
+                        unguided,
+                        goal,
+                        budget,
+                        simple,
+                        &silent,
+                        super::found,
+                    )
+                    .ok(),
+                );
             }
             if matches!(start, Start::Map(_)) && problem.goes_on() {
                 let guide = (problem.cost.as_slice(), start);
                 let simple = least.clone();
-                smaller.extend(searched(problem, guide, goal, budget, simple, &silent).ok());
+                smaller.extend(
+                    searched(problem, guide, goal, budget, simple, &silent, super::found).ok(),
+                );
             }
         });
         let simple = least.clone().restored(first);
-        searched(problem, unguided, goal, budget, simple, report)
+        searched(
+            problem,
+            unguided,
+            goal,
+            budget,
+            simple,
+            report,
+            super::found,
+        )
     });
     // Where it was broken off, the others did not have the same time.
     if !problem.goes_on() && first.is_ok() {
@@ -168,6 +266,7 @@ fn searched<'a>(
     budget: u64,
     simplification: Simplification<'a>,
     report: &Report,
+    found: impl Fn(&mut Problem, &Start, &Goal, u64, &Report) -> Result<Layout, SolveError>,
 ) -> Result<Coarse<'a>, SolveError> {
     let patch = problem.patch;
     let mut simplified = simplification.simplified(patch.scale);
@@ -181,7 +280,7 @@ fn searched<'a>(
         Start::Nothing | Start::Layout(_) => None,
     };
     let start = map.as_deref().map_or(Start::Nothing, Start::Map);
-    let layout = super::found(&mut coarse, &start, goal, share, report);
+    let layout = found(&mut coarse, &start, goal, share, report);
     problem.charge(coarse.work());
     Ok(Coarse {
         simplification,
@@ -219,11 +318,12 @@ fn along(problem: &Problem, cut: Cut, bound: f64) -> Result<Layout, SolveError> 
     let laid_out = |cut: Cut| {
         let mut layout = problem.flattened(cut, START)?;
         if problem.goes_on() {
-            let _ = problem.relax(&mut layout, CARRIED);
+            let _ = problem.settled(&mut layout, CARRIED, 0);
         }
         Ok(layout)
     };
-    let is_marked = problem.patch.forbidden.contains(&true);
+    let patch = problem.patch;
+    let is_marked = patch.forbidden.contains(&true);
     if !problem.goes_on() && !is_marked {
         return laid_out(cut);
     }
@@ -232,12 +332,18 @@ fn along(problem: &Problem, cut: Cut, bound: f64) -> Result<Layout, SolveError> 
     if !problem.goes_on() {
         return laid_out(straight).or_else(|_| laid_out(cut));
     }
-    // The smooth one misses the bound in about half of all cases; both are paid for in all.
-    let (smooth, straight) = rayon::join(
-        || laid_out(smoothed(problem, &straight, bound)),
-        || laid_out(straight.clone()),
-    );
     let is_enough = |layout: &Layout| is_about_within(layout, bound);
+    let of_smooth = || laid_out(smoothed(problem, &straight, bound));
+    // The smooth one misses the bound in about half of all cases; both are paid for in all, but for
+    // large ones, that use all cores and much memory by themselves.
+    let (smooth, straight) = if patch.areas.len() < HUGE {
+        rayon::join(of_smooth, || laid_out(straight.clone()))
+    } else {
+        match of_smooth() {
+            Ok(smooth) if is_enough(&smooth) => return Ok(smooth),
+            smooth => (smooth, laid_out(straight)),
+        }
+    };
     match (smooth, straight) {
         (Ok(smooth), _) if is_enough(&smooth) => Ok(smooth),
         (Ok(smooth), Ok(straight)) if smooth.least_bound() < straight.least_bound() => Ok(smooth),

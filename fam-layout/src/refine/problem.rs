@@ -7,7 +7,8 @@ use crate::patch::Patch;
 use crate::patch::topology::{Opened, next, previous};
 use crate::simplify::Simplification;
 use crate::solve::SolveError;
-use crate::solve::boundary::{Boundary, open_slits};
+use crate::solve::blocks::Blockwise;
+use crate::solve::boundary::{Boundary, open_contacts, open_slits};
 use crate::solve::energy::{energy_of, mean_energy};
 use crate::solve::layout::Layout;
 use crate::solve::newton::{Flattening, Stop};
@@ -35,6 +36,10 @@ const LEVEL: Effort = Effort {
     iterations: 15,
     decrease: 1e-3,
 };
+
+/// Layouts of at least this many triangles are relaxed block by block: they come from coarser ones,
+/// and one system for all of them takes long.
+const IN_BLOCKS: usize = 30_000;
 
 /// How far to solve.
 #[derive(Clone, Copy)]
@@ -140,7 +145,8 @@ impl<'a> Problem<'a> {
         let opened = cut.open(&self.patch.topology);
         if let Some(uv) = self.prolonged(&opened, effort) {
             let mut layout = Layout::new(cut.clone(), opened.clone(), uv);
-            if self.solve(&mut layout, effort, LEAST_STEPS).is_ok() {
+            self.part_contacts(&mut layout);
+            if self.settled(&mut layout, effort, LEAST_STEPS).is_ok() {
                 return Ok(layout);
             }
         }
@@ -183,7 +189,10 @@ impl<'a> Problem<'a> {
                 let opened = whole.open(&patch.topology);
                 let place = |&v: &u32| uv[patch.source[v as usize] as usize];
                 let map = opened.source.iter().map(place).collect();
-                problem.taken(&Layout::new(whole, opened, map), LEVEL)?
+                let mut layout = Layout::new(whole, opened, map);
+                problem.part_contacts(&mut layout);
+                problem.settled(&mut layout, LEVEL, LEAST_STEPS).ok()?;
+                layout
             };
             first = false;
             self.charge(problem.work());
@@ -201,6 +210,19 @@ impl<'a> Problem<'a> {
         first_flipped(topology.triangles(), &uv)
             .is_none()
             .then_some(uv)
+    }
+
+    /// Moves the boundary apart where it touches itself, as vertices that come back to it may, for
+    /// rounding; if that is not possible, nothing moves.
+    fn part_contacts(&self, layout: &mut Layout) {
+        if !self.injective {
+            return;
+        }
+        let boundary = self.boundary(layout);
+        if !boundary.is_simple(&layout.uv) {
+            // Whoever goes on from here finds out whether it is valid.
+            let _ = open_contacts(&layout.opened.topology, &boundary, &mut layout.uv);
+        }
     }
 
     /// A layout, or its mirror image, relaxed, if one of them is valid.
@@ -301,7 +323,47 @@ impl<'a> Problem<'a> {
                 (area / self.rest.area(t)).sqrt()
             })
             .collect();
-        self.solve_for(&self.rest.resized(&sizes), layout, effort, 0)
+        self.settled_for(&self.rest.resized(&sizes), layout, effort, 0)
+    }
+
+    /// Decreases the energy of a layout that is nearly where it should be, as one that comes from a
+    /// coarser surface: block by block if it is large.
+    pub fn settled(
+        &self,
+        layout: &mut Layout,
+        effort: Effort,
+        least: usize,
+    ) -> Result<(), SolveError> {
+        self.settled_for(&self.rest, layout, effort, least)
+    }
+
+    fn settled_for(
+        &self,
+        rest: &RestShapes,
+        layout: &mut Layout,
+        effort: Effort,
+        least: usize,
+    ) -> Result<(), SolveError> {
+        let triangles = layout.opened.topology.triangles();
+        if triangles.len() < IN_BLOCKS {
+            return self.solve_for(rest, layout, effort, least);
+        }
+        let boundary = self.injective.then(|| self.boundary(layout));
+        let stop = self.stop(effort, least);
+        let blocks = Blockwise::new(triangles, rest, boundary.as_ref());
+        let steps = blocks.minimize(&mut layout.uv, &stop)?;
+        self.count(steps, triangles.len());
+        self.measure(layout);
+        Ok(())
+    }
+
+    fn stop(&self, effort: Effort, least: usize) -> Stop<'_> {
+        Stop {
+            iterations: effort.iterations,
+            relative_decrease: effort.decrease,
+            least,
+            goes_on: self.goes_on,
+        }
     }
 
     /// The layout on the way from one to another of the same cut, if it is valid.
@@ -338,12 +400,7 @@ impl<'a> Problem<'a> {
         let triangles = layout.opened.topology.triangles();
         let mut flattening = Flattening::new(triangles, rest.clone(), &[])?;
         let boundary = self.injective.then(|| self.boundary(layout));
-        let stop = Stop {
-            iterations: effort.iterations,
-            relative_decrease: effort.decrease,
-            least,
-            goes_on: self.goes_on,
-        };
+        let stop = self.stop(effort, least);
         let solved = flattening.minimize(&mut layout.uv, boundary.as_ref(), &stop)?;
         self.count(solved.iterations, triangles.len());
         self.measure(layout);
@@ -371,12 +428,7 @@ impl<'a> Problem<'a> {
         let triangles: Vec<[u32; 3]> = chosen.iter().map(|&t| all[t as usize]).collect();
         let rest = self.rest.subset(&chosen);
         let mut flattening = Flattening::new(&triangles, rest, &fixed)?;
-        let stop = Stop {
-            iterations: effort.iterations,
-            relative_decrease: effort.decrease,
-            least: 0,
-            goes_on: self.goes_on,
-        };
+        let stop = self.stop(effort, 0);
         let solved = flattening.minimize(&mut layout.uv, boundary.as_ref(), &stop)?;
         self.count(solved.iterations, triangles.len());
         Ok(())

@@ -12,6 +12,9 @@ const HALVINGS: i32 = 40;
 /// How many of the valid places are compared.
 const COMPARED: usize = 4;
 
+/// A place no farther beyond an edge than this share of its length lies on it, for rounding.
+const ON_EDGE: f64 = 1e-12;
+
 impl Simplification<'_> {
     /// Undoes collapses until there are at least `wanted` triangles. A layout of what was left,
     /// with a place for every vertex of the surface that matters, is carried on: vertices come
@@ -45,7 +48,8 @@ impl Simplification<'_> {
             .map(|&h| surface.triangles()[h as usize / 3])
             .collect();
         let from = uv[collapse.into as usize];
-        let targets = self.targets(collapse.from, &fan, uv);
+        let mut targets = self.targets(collapse.from, &fan, uv);
+        targets.extend(self.within(collapse.into, &fan, uv));
         let mut best: Option<(f64, [f64; 2])> = None;
         let mut compared = 0;
         let mut share = 1.0;
@@ -53,7 +57,7 @@ impl Simplification<'_> {
             for target in &targets {
                 let place = [0, 1].map(|k| from[k] + share * (target[k] - from[k]));
                 uv[collapse.from as usize] = place;
-                if first_flipped(&triangles, uv).is_some() {
+                if first_flipped(&triangles, uv).is_some() || self.is_outside(&fan, place, uv) {
                     continue;
                 }
                 let energy: f64 = triangles.iter().map(|&t| self.energy(t, uv)).sum();
@@ -69,6 +73,52 @@ impl Simplification<'_> {
         }
         uv[collapse.from as usize] = best?.1;
         Some(())
+    }
+
+    /// Whether a place for a vertex on the boundary lies beyond the edge that was there without it:
+    /// other parts of the boundary may be there.
+    fn is_outside(&self, fan: &[u32], place: [f64; 2], uv: &[[f64; 2]]) -> bool {
+        let surface = &self.surface;
+        let last = fan[fan.len() - 1];
+        if surface.twin(last).is_some() {
+            return false;
+        }
+        let ends = [surface.target(next(fan[0])), surface.target(last)];
+        let [before, after] = ends.map(|v| uv[v as usize]);
+        let from_before = |p: [f64; 2]| [p[0] - before[0], p[1] - before[1]];
+        let (edge, own) = (from_before(after), from_before(place));
+        let area = edge[0] * own[1] - edge[1] * own[0];
+        area < -ON_EDGE * (edge[0] * edge[0] + edge[1] * edge[1])
+    }
+
+    /// A place in the middle of the angle that the triangles of a vertex had at the one that it was
+    /// moved into. Near to there it always is a valid one; the others are not where the angle is
+    /// wide or bent.
+    fn within(&self, into: u32, fan: &[u32], uv: &[[f64; 2]]) -> Option<[f64; 2]> {
+        let surface = &self.surface;
+        let at = uv[into as usize];
+        let side = |v: u32| [0, 1].map(|k| uv[v as usize][k] - at[k]);
+        let ends = |&h: &u32| [surface.target(h), surface.target(next(h))];
+        let kept: Vec<[u32; 2]> = fan
+            .iter()
+            .map(ends)
+            .filter(|ends| !ends.contains(&into))
+            .collect();
+        let is_first = |v: &u32| kept.iter().all(|ends| ends[1] != *v);
+        let first = side(kept.iter().map(|ends| ends[0]).find(is_first)?);
+        let (mut angle, mut size) = (0.0, 0.0);
+        for [p, q] in kept.iter().map(|ends| ends.map(side)) {
+            angle += (p[0] * q[1] - p[1] * q[0]).atan2(p[0] * q[0] + p[1] * q[1]);
+            size += p[0].hypot(p[1]);
+        }
+        let (sin, cos) = (0.5 * angle).sin_cos();
+        let along = [
+            cos * first[0] - sin * first[1],
+            sin * first[0] + cos * first[1],
+        ];
+        let scale = 0.5 * size / kept.len() as f64 / first[0].hypot(first[1]);
+        let place = [0, 1].map(|k| at[k] + scale * along[k]);
+        place.iter().all(|c: &f64| c.is_finite()).then_some(place)
     }
 
     /// Where a vertex could be, by its neighbours: their mean by mean value coordinates, and

@@ -67,30 +67,30 @@ impl Layout {
     /// The same coordinates over another cut of the same patch: vertices that are split have
     /// theirs twice, those that become one have the mean of theirs.
     pub fn recut(&self, cut: Cut, opened: Opened) -> Self {
-        let corners = |opened: &Opened| -> Vec<u32> {
-            opened
-                .topology
-                .triangles()
-                .iter()
-                .flatten()
-                .copied()
-                .collect()
-        };
-        let mut pairs: Vec<_> = corners(&opened)
-            .into_iter()
-            .zip(corners(&self.opened))
-            .collect();
-        pairs.sort_unstable();
-        pairs.dedup();
-        let mut sums = vec![[0.0; 3]; opened.topology.vertices()];
-        for (new, old) in pairs {
-            let (uv, sum) = (self.uv[old as usize], &mut sums[new as usize]);
-            *sum = [sum[0] + uv[0], sum[1] + uv[1], sum[2] + 1.0];
+        let before = |h: u32| self.opened.topology.origin(h);
+        // Most vertices come from one; those that come from several are few.
+        let mut first: Vec<Option<u32>> = vec![None; opened.topology.vertices()];
+        let mut others: Vec<(u32, u32)> = Vec::new();
+        for h in 0..opened.topology.half_edges() {
+            let (new, old) = (opened.topology.origin(h), before(h));
+            let known = *first[new as usize].get_or_insert(old);
+            if known != old {
+                others.extend([(new, known), (new, old)]);
+            }
+        }
+        let place = |old: Option<u32>| old.map_or([0.0; 2], |old| self.uv[old as usize]);
+        let mut uv: Vec<[f64; 2]> = first.into_iter().map(place).collect();
+        others.sort_unstable();
+        others.dedup();
+        for same in others.chunk_by(|a, b| a.0 == b.0) {
+            let places = same.iter().map(|pair| self.uv[pair.1 as usize]);
+            let sum = places.fold([0.0; 2], |sum, q| [sum[0] + q[0], sum[1] + q[1]]);
+            uv[same[0].0 as usize] = sum.map(|c| c / same.len() as f64);
         }
         Self {
             cut,
             opened,
-            uv: sums.into_iter().map(|[u, v, n]| [u / n, v / n]).collect(),
+            uv,
             energy: self.energy,
             area_distortion: self.area_distortion,
             conformality: self.conformality,

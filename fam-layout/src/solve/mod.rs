@@ -1,5 +1,6 @@
 //! Flattening of a chart: an injective start, then as little distortion as its boundary allows.
 
+pub(crate) mod blocks;
 pub(crate) mod boundary;
 pub(crate) mod energy;
 mod hessian;

@@ -48,10 +48,11 @@ impl Boundary {
 
     /// Vertex `vertex` with edge `edge`, if it is not an end of it.
     pub(super) fn pair(&self, vertex: usize, edge: usize, reach: f64) -> Option<Pair> {
-        let end = self.next(edge);
+        let ends = [self.vertices[edge], self.ends[edge]];
+        let vertex_of = self.vertices[vertex];
         let scale = self.scales[vertex].min(self.lengths[edge]);
-        (vertex != edge && vertex != end).then(|| Pair {
-            vertices: [vertex, edge, end].map(|i| self.vertices[i]),
+        (!ends.contains(&vertex_of)).then(|| Pair {
+            vertices: [vertex_of, ends[0], ends[1]],
             scale,
             reach: reach * scale,
         })

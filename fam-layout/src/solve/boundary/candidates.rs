@@ -4,7 +4,7 @@ use super::plane::Point;
 
 /// An upright rectangle.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Bounds {
+pub(crate) struct Bounds {
     low: Point,
     high: Point,
 }
@@ -18,11 +18,45 @@ impl Bounds {
         }
     }
 
+    /// That of points; none if there are none.
+    pub fn around(points: impl IntoIterator<Item = Point>) -> Option<Self> {
+        let all = points.into_iter().map(|p| Self::of([p, p]));
+        all.reduce(Self::union)
+    }
+
+    /// With so much more room on every side.
+    pub fn widened(self, by: f64) -> Self {
+        Self {
+            low: self.low.map(|c| c - by),
+            high: self.high.map(|c| c + by),
+        }
+    }
+
+    /// Whether a point is in it.
+    pub fn contains(&self, point: Point) -> bool {
+        (0..2).all(|k| self.low[k] <= point[k] && point[k] <= self.high[k])
+    }
+
+    /// Whether both have a point in common.
+    pub fn meets(&self, other: &Self) -> bool {
+        (0..2).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])
+    }
+
     pub fn union(self, other: Self) -> Self {
         Self {
             low: [0, 1].map(|k| self.low[k].min(other.low[k])),
             high: [0, 1].map(|k| self.high[k].max(other.high[k])),
         }
+    }
+
+    /// The axis along which it is longer.
+    pub fn longer_axis(&self) -> usize {
+        usize::from(self.side(1) > self.side(0))
+    }
+
+    /// The length of its longer side.
+    pub fn longest_side(&self) -> f64 {
+        self.side(self.longer_axis())
     }
 
     fn side(&self, axis: usize) -> f64 {
@@ -115,7 +149,7 @@ impl Tree {
         let leaves = &mut self.leaves[range.clone()];
         let extent = leaves.iter().map(|leaf| leaf.extent).reduce(Boxed::union)?;
         let children = if leaves.len() > 1 {
-            let axis = usize::from(extent.bounds.side(1) > extent.bounds.side(0));
+            let axis = extent.bounds.longer_axis();
             let half = leaves.len() / 2;
             leaves.select_nth_unstable_by(half, |a, b| {
                 let [a, b] = [a, b].map(|leaf| leaf.extent.bounds.double_center(axis));

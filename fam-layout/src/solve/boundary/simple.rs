@@ -15,7 +15,7 @@ impl Boundary {
     /// of the chart; if one on the boundary is not finite, the answer is no.
     pub fn is_simple(&self, uv: &[Point]) -> bool {
         self.edges_have_length(uv)
-            && self.has_one_outer_loop(uv)
+            && (!self.is_whole || self.has_one_outer_loop(uv))
             && self
                 .for_each_touching_pair(uv, |_, _| ControlFlow::Break(()))
                 .is_continue()
@@ -35,7 +35,7 @@ impl Boundary {
     }
 
     fn meet(&self, uv: &[Point], i: usize, j: usize) -> bool {
-        match (self.next(i) == j, self.next(j) == i) {
+        match (self.follows(j, i), self.follows(i, j)) {
             (true, true) => false,
             (true, false) => folds_back(self.ends(uv, i), self.ends(uv, j)),
             (false, true) => folds_back(self.ends(uv, j), self.ends(uv, i)),
@@ -54,7 +54,7 @@ impl Boundary {
     fn has_one_outer_loop(&self, uv: &[Point]) -> bool {
         let is_outer = |edges: &Range<usize>| {
             let lowest = edges.clone().min_by(|&i, &j| {
-                let [a, b] = [i, j].map(|i| self.point(uv, self.next(i)));
+                let [a, b] = [i, j].map(|i| self.ends(uv, i)[1]);
                 a.partial_cmp(&b).unwrap_or(Ordering::Equal)
             });
             lowest.is_some_and(|i| {
