@@ -1,7 +1,7 @@
 //! One component, cut into charts and flattened.
 
 use crate::LayoutConfig;
-use crate::atlas::{Piece, by_shape};
+use crate::atlas::{Piece, by_shape, is_rough};
 use crate::costs::creases::crease_costs;
 use crate::costs::tears::tear_costs;
 use crate::cut::Cut;
@@ -46,6 +46,10 @@ const RESERVE: u64 = 100;
 /// web: the search for cuts takes seconds, and one chart seldom will do.
 const MANY_HOLES: usize = 64;
 const FINE: usize = 64;
+
+/// A part with at least this many holes and handles is divided by its shape at once, whatever it
+/// looks like: the search for as many cuts takes minutes.
+const MOST_HOLES: usize = 300;
 
 /// Of what the bound is above 4, the share that flat faces with a little rounding have at most.
 const FLAT: f64 = 0.1;
@@ -122,7 +126,7 @@ impl Component<'_, '_> {
     fn charts(&mut self, part: Part, most: usize) -> Vec<FlatChart> {
         let patch = self.marks.patch(&part);
         let several = part.triangles.len() > 1;
-        if let Some(charts) = self.faces_of_web(&part, &patch) {
+        if let Some(charts) = self.shaped_at_once(&part, &patch) {
             return charts;
         }
         let placed = part.placed.as_ref().map(|placed| {
@@ -159,18 +163,23 @@ impl Component<'_, '_> {
         }
     }
 
-    /// The charts of a part that is divided by its shape at once: one with so many holes and
-    /// handles that cuts between them would be most of a layout, if it consists of flat faces.
-    fn faces_of_web(&self, part: &Part, patch: &Patch) -> Option<Vec<FlatChart>> {
+    /// The charts of a part that is divided by its shape at once: one that is rough or full of holes
+    /// and handles; or one that has many of them and consists of flat faces, so that cuts between
+    /// them would be most of its seams.
+    fn shaped_at_once(&self, part: &Part, patch: &Patch) -> Option<Vec<FlatChart>> {
+        if self.max_charts.is_some() || !self.watch.goes_on() {
+            return None;
+        }
         let topology = &patch.topology;
         let holes = usize::try_from(2 - topology.euler_characteristic()).unwrap_or(0);
         let is_web = holes >= MANY_HOLES && holes * FINE > part.triangles.len();
-        if !is_web || self.max_charts.is_some() || !self.watch.goes_on() {
+        let is_torn = holes >= MOST_HOLES || is_rough(patch);
+        if !is_web && !is_torn {
             return None;
         }
         let charts = self.shaped(part, patch)?;
         let is_flat = self.distortion(&charts).energy <= 4.0 + FLAT * (self.goal.bound - 4.0);
-        is_flat.then_some(charts)
+        (is_torn || is_flat).then_some(charts)
     }
 
     fn is_above(&self, layout: &Layout) -> bool {

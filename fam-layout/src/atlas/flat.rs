@@ -15,6 +15,10 @@ use fam_surface::vector::dot;
 /// Above this energy a projection is relaxed: below it there is nothing to be had.
 pub(super) const NEXT_TO_ISOMETRIC: f64 = 4.001;
 
+/// A projection this many times as far above an isometry as the bound is not relaxed: steps in it
+/// stand upright, and no relaxing flattens them.
+const HOPELESS: f64 = 10.0;
+
 /// Regions of more triangles are not laid out where their projection is not valid, but divided:
 /// that is quicker, and seldom takes more charts in the end.
 const FEW: usize = 500;
@@ -38,14 +42,21 @@ pub(super) fn laid_out(
     if triangles.len() == 1 {
         return Some(lone_triangle(patch, facet));
     }
+    let is_forced = facets.get(facet).is_forced;
+    let is_upright = facets.is_upright(facet, &triangles);
+    if triangles.len() > FEW && !is_forced && !is_upright {
+        return None;
+    }
     let own = patch.subset(&triangles);
     let cost = own.without_forbidden(own.lengths.clone());
     let mut problem = Problem::new(&own, cost, goes_on);
     problem.injective = true;
-    let is_forced = facets.get(facet).is_forced;
     let plane = facets.get(facet).plane();
     let projected = projected(&problem, plane).and_then(|mut layout| {
         problem.measure(&mut layout);
+        if layout.energy - 4.0 > HOPELESS * (bound - 4.0) && !is_forced {
+            return None;
+        }
         if layout.energy > NEXT_TO_ISOMETRIC {
             // What was reached stays valid when a step fails.
             let _ = problem.relax(&mut layout, EFFORT);
@@ -88,7 +99,7 @@ fn projected(problem: &Problem, [u, v]: [[f64; 3]; 2]) -> Option<Layout> {
 }
 
 /// No cut if a region is a disk with holes, else one that makes it a disk.
-fn whole_or_disk(problem: &Problem) -> Cut {
+pub(super) fn whole_or_disk(problem: &Problem) -> Cut {
     let topology = &problem.patch.topology;
     let loops = topology.boundary_loops().len() as i64;
     match loops > 0 && topology.euler_characteristic() == 2 - loops {
@@ -98,7 +109,7 @@ fn whole_or_disk(problem: &Problem) -> Cut {
 }
 
 /// A triangle as it is.
-fn lone_triangle(patch: &Patch, triangle: u32) -> Piece {
+pub(super) fn lone_triangle(patch: &Patch, triangle: u32) -> Piece {
     let own = patch.subset(&[triangle]);
     let corners = own.topology.triangles()[0].map(|v| own.positions[v as usize]);
     let flat = RestShapes::new(&[corners], Some(1.0)).corners(0);

@@ -17,8 +17,9 @@ use crate::solve::layout::Layout;
 use crate::solve::rest::RestShapes;
 
 /// How far apart the ends of two sides of an edge may lie to be joined, in lengths of the edge:
-/// what is taken up by the triangles there.
-const SNAP: f64 = 0.15;
+/// what is taken up by the triangles there. Those that fit best are joined first; the charts that
+/// come of it are relaxed before the next round.
+const SNAPS: [f64; 4] = [0.15, 0.3, 0.6, 1.0];
 
 /// The gap that charts keep where they are not joined, in lengths of the edges there.
 const GAP: f64 = 0.02;
@@ -41,7 +42,19 @@ pub(super) fn joined(
     bound: f64,
     goes_on: &(dyn Fn() -> bool + Sync),
 ) -> Vec<Piece> {
-    let mut charts = Charts::new(patch, &pieces, bound);
+    let round = |pieces, snap: &f64| joined_within(patch, pieces, bound, *snap, goes_on);
+    SNAPS.iter().fold(pieces, round)
+}
+
+/// The same, where the ends of sides are no farther apart than `snap` times their length.
+fn joined_within(
+    patch: &Patch,
+    pieces: Vec<Piece>,
+    bound: f64,
+    snap: f64,
+    goes_on: &(dyn Fn() -> bool + Sync),
+) -> Vec<Piece> {
+    let mut charts = Charts::new(patch, &pieces, bound, snap);
     let mut queue = BinaryHeap::new();
     for (a, borders) in (0..).zip(&charts.borders) {
         for (&b, length) in borders.range(a + 1..) {
@@ -68,6 +81,7 @@ pub(super) fn joined(
 struct Charts<'a> {
     patch: &'a Patch,
     bound: f64,
+    snap: f64,
     rest: RestShapes,
     /// The chart of every triangle.
     of: Vec<u32>,
@@ -105,7 +119,7 @@ struct Placing {
 type Pair = (f64, [f64; 2], [f64; 2]);
 
 impl<'a> Charts<'a> {
-    fn new(patch: &'a Patch, pieces: &[Piece], bound: f64) -> Self {
+    fn new(patch: &'a Patch, pieces: &[Piece], bound: f64, snap: f64) -> Self {
         let topology = &patch.topology;
         let corners: Vec<[[f64; 3]; 3]> = topology
             .triangles()
@@ -118,6 +132,7 @@ impl<'a> Charts<'a> {
         let mut charts = Self {
             patch,
             bound,
+            snap,
             rest: RestShapes::new(&corners, Some(1.0)),
             of: vec![0; count / 3],
             members: Vec::new(),
@@ -253,7 +268,7 @@ impl<'a> Charts<'a> {
         let mut fit = 0.0;
         for (i, &(h, twin)) in chain.iter().chain(shared).enumerate() {
             let (own, others) = (self.ends(h), self.ends_of_twin(twin));
-            let most = SNAP * self.patch.lengths[h as usize];
+            let most = self.snap * self.patch.lengths[h as usize];
             let is_near = |k: usize| {
                 let [p, q] = [
                     turned(self.uv[own[k] as usize]),

@@ -64,16 +64,17 @@ impl Topology {
     /// Some of the triangles by themselves, with the vertices that they have, and for every
     /// vertex the one that it was. Edges to other triangles become boundary.
     pub fn part(&self, triangles: &[u32]) -> Opened {
-        let mut place = vec![NONE; self.triangles.len()];
-        for (new, &t) in triangles.iter().enumerate() {
-            place[t as usize] = new as u32;
-        }
-        let moved = |h: u32| match self
-            .twin(h)
-            .map(|twin| (place[twin as usize / 3], twin % 3))
-        {
-            Some((t, corner)) if t != NONE => 3 * t + corner,
-            _ => NONE,
+        // Sorted, so that a small part of a large surface takes no longer for its size.
+        let mut places: Vec<(u32, u32)> = triangles.iter().copied().zip(0..).collect();
+        places.sort_unstable();
+        let place = |t: u32| {
+            let found = places.binary_search_by_key(&t, |&(t, _)| t);
+            found.ok().map(|i| places[i].1)
+        };
+        let moved = |h: u32| {
+            let twin = self.twin(h);
+            let inside = twin.and_then(|twin| Some(3 * place(twin / 3)? + twin % 3));
+            inside.unwrap_or(NONE)
         };
         let part = Self {
             triangles: triangles
@@ -84,7 +85,7 @@ impl Topology {
                 .iter()
                 .flat_map(|&t| (3 * t..3 * t + 3).map(moved))
                 .collect(),
-            vertices: self.vertices,
+            vertices: self.vertices.min(3 * triangles.len()),
         };
         part.open(|_| false)
     }

@@ -124,6 +124,34 @@ fn a_refined_layout_covers_no_more_than_before() {
     assert!(boundary.is_simple(&uv));
 }
 
+/// Around the teeth of a comb the boundary turns by more than half a turn at a vertex: what comes
+/// back there has its place neither between its neighbours nor beyond the boundary.
+#[test]
+fn what_comes_back_stays_within_a_boundary_that_turns_sharply() {
+    let sheet = shapes::rectangle(1.0, 1.0, 90, 12);
+    let place = |p: &[f64; 3]| [p[0], p[1] * (0.55 + 0.5 * (40.0 * p[0]).sin()), 0.0];
+    let positions: Vec<[f64; 3]> = sheet.positions().iter().map(place).collect();
+    let comb = TriangleMesh::new(positions, sheet.triangles().to_vec()).unwrap();
+    let patch = Patch::of(&comb);
+    let boundary = Boundary::new(&patch.topology, |h| patch.lengths[h as usize]);
+    for (wanted, turn) in [(60, 0.0), (100, 0.4), (150, 1.0), (300, 2.0)] {
+        let mut less = Simplification::new(&patch.topology, &patch.positions, wanted);
+        // The way around has nothing to do with axes.
+        let (sin, cos) = f64::sin_cos(turn);
+        let flat = |p: &[f64; 3]| [cos * p[0] - sin * p[1], sin * p[0] + cos * p[1]];
+        let mut uv: Vec<[f64; 2]> = patch.positions.iter().map(flat).collect();
+        let left = less.simplified(1.0).patch;
+        let own: Vec<[f64; 2]> = left.source.iter().map(|&v| uv[v as usize]).collect();
+        let outline = Boundary::new(&left.topology, |h| left.lengths[h as usize]);
+        if !outline.is_simple(&own) {
+            continue;
+        }
+        less.refine(usize::MAX, &mut uv).unwrap();
+        assert_eq!(first_flipped(patch.topology.triangles(), &uv), None);
+        assert!(boundary.is_simple(&uv), "{wanted}");
+    }
+}
+
 #[test]
 fn degenerate_surfaces_come_to_an_end() {
     let torus = shapes::torus(1.0, 0.4, 20, 12);

@@ -250,3 +250,152 @@ fn colored(blocks: &[Block]) -> Vec<Vec<u32>> {
     }
     colors
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+
+    use super::*;
+    use crate::patch::topology::{Opened, Topology};
+    use fam_surface::shapes;
+
+    const GOES_ON: &(dyn Fn() -> bool + Sync) = &|| true;
+
+    fn stop(goes_on: &(dyn Fn() -> bool + Sync)) -> Stop<'_> {
+        Stop {
+            iterations: 12,
+            relative_decrease: 1e-9,
+            least: 0,
+            goes_on,
+        }
+    }
+
+    /// A sheet of several blocks, with the places of its vertices up to a fifth of an edge away
+    /// from where they belong.
+    fn shaken() -> (Topology, RestShapes, Boundary, Vec<[f64; 2]>) {
+        let sheet = shapes::rectangle(1.5, 1.0, 120, 80);
+        let corners: Vec<_> = (0..sheet.triangles().len())
+            .map(|t| sheet.corners(t))
+            .collect();
+        let Opened { topology, source } = Topology::oriented(&sheet);
+        let boundary = Boundary::new(&topology, |_| 1.0 / 80.0);
+        let mut random = rand_pcg::Pcg64::seed_from_u64(5);
+        let mut moved = |x: f64| x + random.random_range(-0.2..0.2) / 80.0;
+        let uv = source.iter().map(|&v| {
+            let [x, y, _] = sheet.positions()[v as usize];
+            [moved(x), moved(y)]
+        });
+        let uv = uv.collect();
+        (topology, RestShapes::new(&corners, None), boundary, uv)
+    }
+
+    #[test]
+    fn what_is_nearly_in_place_comes_to_lie_there() {
+        let (topology, rest, boundary, mut uv) = shaken();
+        let triangles = topology.triangles();
+        let before = mean_energy(triangles, &rest, &uv) - 4.0;
+        let blocks = Blockwise::new(triangles, &rest, Some(&boundary));
+        assert!(blocks.blocks(&uv, 0).len() > 2);
+        blocks.minimize(&mut uv, &stop(GOES_ON)).unwrap();
+        let after = mean_energy(triangles, &rest, &uv) - 4.0;
+        assert!(after < 0.01 * before, "{after} {before}");
+        assert!(first_flipped(triangles, &uv).is_none() && boundary.is_simple(&uv));
+    }
+
+    #[test]
+    fn the_result_does_not_depend_on_the_number_of_threads() {
+        let of_threads = |threads: usize| {
+            let (topology, rest, boundary, mut uv) = shaken();
+            let blocks = Blockwise::new(topology.triangles(), &rest, Some(&boundary));
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            let solve = || blocks.minimize(&mut uv, &stop(GOES_ON));
+            pool.unwrap().install(solve).unwrap();
+            uv
+        };
+        let one = of_threads(1);
+        assert!([2, 8].into_iter().all(|threads| of_threads(threads) == one));
+    }
+
+    #[test]
+    fn every_vertex_is_in_one_block_and_blocks_of_one_colour_lie_apart() {
+        let (topology, rest, _, uv) = shaken();
+        let blocks = Blockwise::new(topology.triangles(), &rest, None);
+        for sweep in 0..2 {
+            let blocks = blocks.blocks(&uv, sweep);
+            let mut all: Vec<u32> = blocks.iter().flat_map(|b| b.vertices.clone()).collect();
+            all.sort_unstable();
+            assert_eq!(all, (0..uv.len() as u32).collect::<Vec<u32>>());
+            let colors = colored(&blocks);
+            assert_eq!(colors.iter().map(Vec::len).sum::<usize>(), blocks.len());
+            for color in colors {
+                let corners = color.iter().flat_map(|&b| &blocks[b as usize].triangles);
+                let mut corners: Vec<u32> = corners.copied().collect();
+                let count = corners.len();
+                corners.sort_unstable();
+                corners.dedup();
+                assert_eq!(corners.len(), count, "no triangle is in two of them");
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_moves_once_it_is_to_stop_and_invalid_starts_are_errors() {
+        let (topology, rest, boundary, mut uv) = shaken();
+        let blocks = Blockwise::new(topology.triangles(), &rest, Some(&boundary));
+        let stopped = blocks.minimize(&mut uv, &stop(&|| false));
+        assert_eq!(stopped, Ok(0));
+        let centre = 60 + 40 * 121;
+        uv[centre] = uv[centre + 2];
+        let flipped = blocks.minimize(&mut uv, &stop(GOES_ON));
+        assert!(matches!(flipped, Err(SolveError::Flipped { .. })));
+    }
+
+    /// The sides of a narrow gap are pressed together, but do not meet.
+    #[test]
+    fn the_boundary_stays_simple() {
+        let sheet = shapes::rectangle(1.5, 1.0, 120, 80);
+        let corners: Vec<_> = (0..sheet.triangles().len())
+            .map(|t| sheet.corners(t))
+            .collect();
+        let whole = Topology::oriented(&sheet);
+        let place = |v: u32| sheet.positions()[whole.source[v as usize] as usize];
+        let low = |axis: usize| {
+            let all = (0..whole.topology.vertices() as u32).map(place);
+            all.fold(f64::INFINITY, |low, p| low.min(p[axis]))
+        };
+        let (left, bottom) = (low(0), low(1));
+        let in_gap = |v: u32| {
+            let p = place(v);
+            (p[0] - left - 0.75).abs() < 1e-9 && p[1] - bottom < 0.8
+        };
+        let ends = |h: u32| [whole.topology.origin(h), whole.topology.target(h)];
+        let opened = whole.topology.open(|h| ends(h).into_iter().all(in_gap));
+        // A wedge: open below, wider than it is at rest by what is taken off the sheet beside it.
+        let mut uv: Vec<[f64; 2]> = opened
+            .source
+            .iter()
+            .map(|&v| place(v))
+            .map(|p| [p[0], p[1]])
+            .collect();
+        for &t in opened.topology.triangles() {
+            let middle = t
+                .iter()
+                .map(|&v| place(opened.source[v as usize])[0])
+                .sum::<f64>()
+                / 3.0;
+            for v in t.into_iter().filter(|&v| in_gap(opened.source[v as usize])) {
+                let [_, y, _] = place(opened.source[v as usize]);
+                let half = 0.002 * (0.8 - (y - bottom)).max(0.0);
+                uv[v as usize][0] = left + 0.75 + half * (middle - left - 0.75).signum();
+            }
+        }
+        let boundary = Boundary::new(&opened.topology, |_| 1.0 / 80.0);
+        assert!(boundary.is_simple(&uv));
+        let rest = RestShapes::new(&corners, None);
+        let blocks = Blockwise::new(opened.topology.triangles(), &rest, Some(&boundary));
+        let before = mean_energy(opened.topology.triangles(), &rest, &uv);
+        blocks.minimize(&mut uv, &stop(GOES_ON)).unwrap();
+        assert!(mean_energy(opened.topology.triangles(), &rest, &uv) < before);
+        assert!(boundary.is_simple(&uv));
+    }
+}
