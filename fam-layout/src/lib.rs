@@ -133,6 +133,8 @@ pub struct MeshInput<'a> {
 /// A step of finishing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
+    /// A surface through the points of a cloud is looked for.
+    Reconstruct,
     /// Components are cut and flattened.
     Refine,
     /// All charts are laid side by side.

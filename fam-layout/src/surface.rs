@@ -244,7 +244,8 @@ fn seam_length(mesh: &TriangleMesh, uv_triangles: &[[u32; 3]]) -> f64 {
 /// Finishes the raw map of a point cloud, one UV for each point, as [`lay_out`] does a mesh's:
 /// the surface through the points is cut as little as the bound allows, and each point has the
 /// UV of one of its triangles, chosen so that few triangles are torn. It is cut further than a
-/// mesh: to a fifth of what the bound is above the energy of an isometry.
+/// mesh: to a fifth of what the bound is above the energy of an isometry. If `observe` breaks off
+/// before the surface is found, all points keep the raw map's UVs.
 pub fn lay_out_cloud(
     config: &LayoutConfig,
     points: &[[f64; 3]],
@@ -260,7 +261,12 @@ pub fn lay_out_cloud(
             margin: Vec::new(),
         },
     };
-    let Ok(reconstruction) = Reconstruction::of(points, raw) else {
+    let found = {
+        let mut observe = &mut *observe;
+        let watch = Watch::of_reconstruction(&mut observe);
+        Reconstruction::of(points, raw, &|| watch.goes_on())
+    };
+    let Ok(Some(reconstruction)) = found else {
         return left();
     };
     let Ok(components) = Components::of(&reconstruction.mesh, &[]) else {

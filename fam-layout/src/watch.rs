@@ -47,6 +47,13 @@ impl<'a> Watch<'a> {
         }
     }
 
+    /// A watch over the search for the surface of a cloud, of which no component is known yet.
+    pub fn of_reconstruction(observe: &'a mut Observer<'a>) -> Self {
+        let watch = Self::new(0, observe);
+        watch.tell(|now| now.stage = Stage::Reconstruct);
+        watch
+    }
+
     /// The watch of one of the components.
     pub fn of(&self, component: usize) -> Self {
         Self {

@@ -60,6 +60,9 @@ impl FinishingProgress {
         if now.stage == Stage::Pack {
             return format!("finishing  packing  {time}");
         }
+        if now.stage == Stage::Reconstruct {
+            return format!("finishing  finding the surface  {time}");
+        }
         let mut line = String::from("finishing");
         if now.components > 1 {
             line.push_str(&format!("  {}/{} parts", now.done, now.components));

@@ -35,12 +35,16 @@ impl Reconstruction {
     /// and may be torn, folded and overlapping. An edge is in one triangle or two, and around
     /// a vertex no triangles overlap; orientation is left to the caller.
     ///
-    /// Time grows as `N log N`.
+    /// Time grows as `N log N`. `goes_on` is asked between the steps; none if it says no.
     ///
     /// # Errors
     /// A coordinate that is not finite, another number of UVs than points, or not a single
     /// triangle: fewer than three points, all on a line, or too far apart from each other.
-    pub fn of(points: &[[f64; 3]], uvs: &[[f32; 2]]) -> Result<Self, SurfaceError> {
+    pub fn of(
+        points: &[[f64; 3]],
+        uvs: &[[f32; 2]],
+        goes_on: &dyn Fn() -> bool,
+    ) -> Result<Option<Self>, SurfaceError> {
         if points.len() != uvs.len() {
             return Err(SurfaceError::LengthMismatch {
                 attribute: "UVs",
@@ -56,7 +60,9 @@ impl Reconstruction {
         let distinct: Vec<u32> = (0..points.len() as u32)
             .filter(|&i| first[i as usize] == i)
             .collect();
-        let triangles = triangles(&rescaled(points), map.uvs(), &distinct);
+        let Some(triangles) = triangles(&rescaled(points), map.uvs(), &distinct, goes_on) else {
+            return Ok(None);
+        };
         if triangles.is_empty() {
             return Err(SurfaceError::TooSmall("its points span no surface"));
         }
@@ -69,7 +75,7 @@ impl Reconstruction {
             .into_iter()
             .map(|v| reached[v as usize].then_some(v))
             .collect();
-        Ok(Self { mesh, vertices })
+        Ok(Some(Self { mesh, vertices }))
     }
 
     /// How many points are in no triangle.
@@ -79,19 +85,29 @@ impl Reconstruction {
     }
 }
 
-/// Triangles over the points that `distinct` names, no two of which coincide.
-fn triangles(points: &[[f64; 3]], uvs: &[[f32; 2]], distinct: &[u32]) -> Vec<[u32; 3]> {
+/// Triangles over the points that `distinct` names, no two of which coincide; none if the work is
+/// broken off.
+fn triangles(
+    points: &[[f64; 3]],
+    uvs: &[[f32; 2]],
+    distinct: &[u32],
+    goes_on: &dyn Fn() -> bool,
+) -> Option<Vec<[u32; 3]>> {
     if distinct.len() < 3 {
-        return Vec::new();
+        return Some(Vec::new());
     }
     let places: Vec<[f64; 3]> = distinct.iter().map(|&i| points[i as usize]).collect();
     let uvs: Vec<[f32; 2]> = distinct.iter().map(|&i| uvs[i as usize]).collect();
-    let neighborhood = Neighborhood::of(&places, &uvs);
-    let mut patchwork = Patchwork::stitched(&neighborhood, &star::candidates(&neighborhood));
+    let neighborhood = Neighborhood::of(&places, &uvs, goes_on)?;
+    let candidates = star::candidates(&neighborhood);
+    if !goes_on() {
+        return None;
+    }
+    let mut patchwork = Patchwork::stitched(&neighborhood, &candidates);
+    if !goes_on() {
+        return None;
+    }
     holes::close(&mut patchwork);
-    patchwork
-        .triangles()
-        .iter()
-        .map(|t| t.map(|v| distinct[v as usize]))
-        .collect()
+    let found = patchwork.triangles().iter();
+    Some(found.map(|t| t.map(|v| distinct[v as usize])).collect())
 }

@@ -45,8 +45,13 @@ pub(super) struct Neighborhood<'a> {
 }
 
 impl<'a> Neighborhood<'a> {
-    /// Of points that are at least three and distinct, and their UVs.
-    pub(super) fn of(points: &'a [[f64; 3]], uvs: &'a [[f32; 2]]) -> Self {
+    /// Of points that are at least three and distinct, and their UVs. `goes_on` is asked between the
+    /// steps; none if it says no.
+    pub(super) fn of(
+        points: &'a [[f64; 3]],
+        uvs: &'a [[f32; 2]],
+        goes_on: &dyn Fn() -> bool,
+    ) -> Option<Self> {
         let count = NEIGHBORS.min(points.len() - 1);
         let neighbors = nearest_others(&centred(points), count);
         let mut of = Self {
@@ -59,15 +64,21 @@ impl<'a> Neighborhood<'a> {
             frames: Vec::new(),
         };
         let all = || (0..points.len() as u32).into_par_iter();
+        if !goes_on() {
+            return None;
+        }
         of.spacing = all().map(|p| of.own_spacing(p)).collect();
         of.spacing = all().map(|p| of.usual_spacing(p)).collect();
         of.uv_scale = all().map(|p| of.uv_scale_at(p)).collect();
         let mut normals: Vec<[f64; 3]> = all().map(|p| of.nearest_normal(p)).collect();
         for _ in 0..ROUNDS {
+            if !goes_on() {
+                return None;
+            }
             normals = all().map(|p| of.best_normal(p, &normals)).collect();
         }
         of.frames = normals.into_iter().map(frame).collect();
-        of
+        Some(of)
     }
 
     /// The neighbours of a point, nearest first.

@@ -9,6 +9,23 @@ use crate::{LayoutConfig, lay_out_cloud};
 use fam_surface::vector::{add, cross, dot, length, scale, sub};
 use fam_surface::{Components, SurfaceError, TriangleMesh, shapes};
 
+/// The surface through points.
+fn found_by(points: &[[f64; 3]], uvs: &[[f32; 2]]) -> Result<Reconstruction, SurfaceError> {
+    let found = Reconstruction::of(points, uvs, &|| true)?;
+    Ok(found.unwrap())
+}
+
+#[test]
+fn there_is_no_surface_once_the_search_is_to_stop() {
+    let points = shapes::torus(1.0, 0.4, 30, 12).positions().to_vec();
+    let uvs = vec![[0.0; 2]; points.len()];
+    for asked in 0..4 {
+        let left = std::cell::Cell::new(asked);
+        let goes_on = || left.replace(left.get() - 1) > 0;
+        assert_eq!(Reconstruction::of(&points, &uvs, &goes_on), Ok(None));
+    }
+}
+
 /// A mesh whose vertices were moved along their triangles, so that they lie in no rows.
 fn jittered(mesh: &TriangleMesh, seed: u64) -> TriangleMesh {
     let mut rng = Pcg64::seed_from_u64(seed);
@@ -104,7 +121,7 @@ fn manifold(mesh: &TriangleMesh) -> (i64, Vec<usize>) {
 
 /// The cloud of a disk gives a disk through all points that bridges nothing.
 fn gives_a_disk(known: &TriangleMesh, uvs: &[[f32; 2]]) {
-    let found = Reconstruction::of(known.positions(), uvs).unwrap();
+    let found = found_by(known.positions(), uvs).unwrap();
     assert_eq!(found.unreached(), 0);
     let (characteristic, loops) = manifold(&found.mesh);
     assert_eq!((characteristic, loops.len()), (1, 1));
@@ -182,7 +199,7 @@ fn the_map_tells_sheets_apart_that_are_as_close_as_their_points() {
         })
         .collect();
     let bridges = |uvs: &[[f32; 2]]| {
-        let found = Reconstruction::of(&points, uvs).unwrap();
+        let found = found_by(&points, uvs).unwrap();
         let side = |v: u32| (v as usize) < points.len() / 2;
         let triangles = found.mesh.triangles();
         triangles
@@ -198,7 +215,7 @@ fn the_map_tells_sheets_apart_that_are_as_close_as_their_points() {
 fn closed_and_one_sided_surfaces_are_found() {
     let found = |mesh: &TriangleMesh| {
         let points = jittered(mesh, 4).positions().to_vec();
-        let found = Reconstruction::of(&points, &flat(&points)).unwrap();
+        let found = found_by(&points, &flat(&points)).unwrap();
         assert_eq!(found.unreached(), 0);
         manifold(&found.mesh)
     };
@@ -214,7 +231,7 @@ fn closed_and_one_sided_surfaces_are_found() {
 #[test]
 fn thin_tubes_stay_open() {
     let tube = shapes::open_cylinder(1.0, 12.0, 8, 16);
-    let found = Reconstruction::of(tube.positions(), &flat(tube.positions())).unwrap();
+    let found = found_by(tube.positions(), &flat(tube.positions())).unwrap();
     assert_eq!(manifold(&found.mesh), (0, vec![8, 8]));
 }
 
@@ -228,7 +245,7 @@ fn small_gaps_are_closed_and_large_ones_stay() {
             .copied()
             .filter(|&p| length(p) > radius)
             .collect();
-        let found = Reconstruction::of(&points, &flat(&points)).unwrap();
+        let found = found_by(&points, &flat(&points)).unwrap();
         manifold(&found.mesh)
     };
     let (characteristic, loops) = without(1.5);
@@ -241,7 +258,7 @@ fn small_gaps_are_closed_and_large_ones_stay() {
 fn noise_of_a_fifth_of_the_spacing_tears_nothing() {
     let cloth = jittered(&shapes::draped_cloth(60, 42), 6);
     let points = noisy(cloth.positions(), 0.2 / 60.0);
-    let found = Reconstruction::of(&points, &torn(&parameters(60, 42))).unwrap();
+    let found = found_by(&points, &torn(&parameters(60, 42))).unwrap();
     assert_eq!(found.unreached(), 0);
     let (characteristic, loops) = manifold(&found.mesh);
     assert_eq!((characteristic, loops.len()), (1, 1));
@@ -264,7 +281,7 @@ fn points_off_the_surface_are_counted() {
     let cloth = jittered(&shapes::draped_cloth(60, 42), 9);
     let mut points = cloth.positions().to_vec();
     points.extend([[0.2, 1.0, 0.4], [1e9, 0.0, 0.0], [0.1, 0.0, 0.7]]);
-    let found = Reconstruction::of(&points, &flat(&points)).unwrap();
+    let found = found_by(&points, &flat(&points)).unwrap();
     assert_eq!(found.unreached(), 3);
     assert!(
         found.vertices[cloth.positions().len()..]
@@ -279,7 +296,7 @@ fn coinciding_points_share_a_vertex() {
     let sheet = shapes::rectangle(8.0, 8.0, 8, 8);
     let once = sheet.positions();
     let twice: Vec<[f64; 3]> = once.iter().chain(once).copied().collect();
-    let found = Reconstruction::of(&twice, &flat(&twice)).unwrap();
+    let found = found_by(&twice, &flat(&twice)).unwrap();
     assert_eq!(found.unreached(), 0);
     assert_eq!(manifold(&found.mesh).0, 1);
     for i in 0..once.len() {
@@ -290,7 +307,7 @@ fn coinciding_points_share_a_vertex() {
 
 #[test]
 fn few_points_give_their_triangles() {
-    let of = |points: &[[f64; 3]]| Reconstruction::of(points, &flat(points));
+    let of = |points: &[[f64; 3]]| found_by(points, &flat(points));
     let square = [
         [0.0, 0.0, 5.0],
         [1.0, 0.0, 5.0],
@@ -309,7 +326,7 @@ fn few_points_give_their_triangles() {
 
 #[test]
 fn what_spans_no_surface_is_an_error() {
-    let of = |points: &[[f64; 3]]| Reconstruction::of(points, &flat(points)).map(|_| ());
+    let of = |points: &[[f64; 3]]| found_by(points, &flat(points)).map(|_| ());
     let flat_error = Err(SurfaceError::TooSmall("its points span no surface"));
     assert_eq!(of(&[]), flat_error);
     assert_eq!(of(&[[1.0; 3]]), flat_error);
@@ -321,7 +338,7 @@ fn what_spans_no_surface_is_an_error() {
         of(&[[0.0; 3], [f64::NAN; 3]]),
         Err(SurfaceError::NonFinitePosition { index: 1 })
     );
-    let no_uvs = Reconstruction::of(&line, &[]).map(|_| ());
+    let no_uvs = found_by(&line, &[]).map(|_| ());
     assert!(matches!(no_uvs, Err(SurfaceError::LengthMismatch { .. })));
 }
 
@@ -329,7 +346,7 @@ fn what_spans_no_surface_is_an_error() {
 fn scale_and_place_do_not_matter() {
     let cloth = jittered(&shapes::draped_cloth(30, 20), 11);
     let triangles = |points: Vec<[f64; 3]>| {
-        let found = Reconstruction::of(&points, &flat(&points)).unwrap();
+        let found = found_by(&points, &flat(&points)).unwrap();
         found.mesh.triangles().to_vec()
     };
     let expected = triangles(cloth.positions().to_vec());
@@ -362,7 +379,7 @@ fn soups_give_manifolds_or_errors() {
             })
             .collect();
         let uvs: Vec<[f32; 2]> = points.iter().map(|p| [p[2] as f32, p[0] as f32]).collect();
-        if let Ok(found) = Reconstruction::of(&points, &uvs) {
+        if let Ok(found) = found_by(&points, &uvs) {
             let parts = Components::of(&found.mesh, &[]).unwrap();
             assert_eq!(parts.conditioning.non_manifold_edges, 0);
             assert_eq!(parts.conditioning.duplicate_triangles, 0);
