@@ -162,7 +162,23 @@ fn by_way_of_middle(
             break;
         }
     }
-    Ok(best.filter(|layout| is_about_within(layout, goal.bound)))
+    let Some(layout) = best.filter(|layout| is_about_within(layout, goal.bound)) else {
+        return Ok(None);
+    };
+    // What is left to be cut is too little for the simpler surface to show.
+    (problem.cost, problem.injective) = (own, true);
+    let limit = problem.work() + budget.min(STEPS * patch.areas.len() as u64);
+    let mut proceed = |problem: &Problem, layout: &Layout| {
+        report(layout.energy, problem.length_of(layout)) && problem.work() < limit
+    };
+    let growth = Growth::new(problem);
+    Ok(Some(completed(
+        problem,
+        &growth,
+        layout,
+        goal,
+        &mut proceed,
+    )))
 }
 
 /// Of those found on simpler surfaces, the layout that misses the bound least, if at all by more
