@@ -44,27 +44,26 @@ fn what_rolls_is_unrolled_within_the_bound() {
     assert!(atlas(&shapes::torus(1.0, 0.4, 36, 18)).len() < 40);
 }
 
-/// Heights that have nothing to do with each other, and a smooth surface of as many triangles.
+/// A square sheet of so many cells along each side, with heights that have nothing to do with each
+/// other.
+fn noise(cells: u32, height: f64) -> TriangleMesh {
+    let sheet = shapes::rectangle(1.0, 1.0, cells, cells);
+    let mut random = rand_pcg::Pcg64::seed_from_u64(1);
+    let place = |p: &[f64; 3]| [p[0], p[1], random.random_range(0.0..height)];
+    let positions = sheet.positions().iter().map(place).collect();
+    TriangleMesh::new(positions, sheet.triangles().to_vec()).unwrap()
+}
+
 #[test]
 fn noise_is_rough_and_what_is_smooth_is_not() {
-    let sheet = shapes::rectangle(1.0, 1.0, 120, 120);
-    let mut random = rand_pcg::Pcg64::seed_from_u64(1);
-    let mut place = |p: &[f64; 3]| [p[0], p[1], random.random_range(0.0..0.03)];
-    let positions = sheet.positions().iter().map(&mut place).collect();
-    let rough = TriangleMesh::new(positions, sheet.triangles().to_vec()).unwrap();
-    assert!(is_rough(&Patch::of(&rough)));
+    assert!(is_rough(&Patch::of(&noise(120, 0.03))));
     assert!(!is_rough(&Patch::of(&shapes::torus(1.0, 0.4, 200, 50))));
     assert!(!is_rough(&Patch::of(&shapes::cube(1))));
 }
 
-/// A rough surface of 800 triangles needs charts, but not one for every few triangles.
+/// One of 800 triangles needs charts, but not one for every few triangles.
 #[test]
 fn a_rough_surface_has_few_charts_within_the_bound() {
-    let sheet = shapes::rectangle(1.0, 1.0, 20, 20);
-    let mut random = rand_pcg::Pcg64::seed_from_u64(2);
-    let mut place = |p: &[f64; 3]| [p[0], p[1], random.random_range(0.0..0.06)];
-    let positions = sheet.positions().iter().map(&mut place).collect();
-    let rough = TriangleMesh::new(positions, sheet.triangles().to_vec()).unwrap();
-    let pieces = atlas(&rough);
+    let pieces = atlas(&noise(20, 0.06));
     assert!(pieces.len() < 60, "{}", pieces.len());
 }

@@ -18,12 +18,13 @@ fn found_by(points: &[[f64; 3]], uvs: &[[f32; 2]]) -> Result<Reconstruction, Sur
 #[test]
 fn there_is_no_surface_once_the_search_is_to_stop() {
     let points = shapes::torus(1.0, 0.4, 30, 12).positions().to_vec();
-    let uvs = vec![[0.0; 2]; points.len()];
-    for asked in 0..4 {
-        let left = std::cell::Cell::new(asked);
+    let stopped_after = |steps: i32| {
+        let left = std::cell::Cell::new(steps);
         let goes_on = || left.replace(left.get() - 1) > 0;
-        assert_eq!(Reconstruction::of(&points, &uvs, &goes_on), Ok(None));
-    }
+        Reconstruction::of(&points, &flat(&points), &goes_on).unwrap()
+    };
+    let asked = (0..).find(|&steps| stopped_after(steps).is_some()).unwrap();
+    assert_eq!(asked, 5, "after each of the long steps");
 }
 
 /// A mesh whose vertices were moved along their triangles, so that they lie in no rows.

@@ -202,46 +202,26 @@ fn cheapest<'a>(
     }
     let creases = patch.without_forbidden(crease_costs(patch));
     let unguided: Guide = (&creases, &Start::Nothing);
+    let on = |guide: Guide, simple: Simplification<'a>, report: &Report| {
+        searched(problem, guide, goal, budget, simple, report, super::found)
+    };
     let mut smaller = Vec::new();
     // Only one is reported, so that the reports are the same on every run.
     let first = rayon::in_place_scope(|scope| {
-        let (least, smaller) = (&least, &mut smaller);
+        let (least, smaller, on) = (&least, &mut smaller, &on);
         scope.spawn(move |_| {
             let silent = |_: f64, _: f64| problem.goes_on();
             let restored = others.iter().map(|&size| least.clone().restored(size));
             let simpler = restored.chain([least.clone()]);
             for simple in simpler.take_while(|_| problem.goes_on()) {
-                smaller.extend(
-                    searched(
-                        problem,
-                        unguided,
-                        goal,
-                        budget,
-                        simple,
-                        &silent,
-                        super::found,
-                    )
-                    .ok(),
-                );
+                smaller.extend(on(unguided, simple, &silent).ok());
             }
             if matches!(start, Start::Map(_)) && problem.goes_on() {
                 let guide = (problem.cost.as_slice(), start);
-                let simple = least.clone();
-                smaller.extend(
-                    searched(problem, guide, goal, budget, simple, &silent, super::found).ok(),
-                );
+                smaller.extend(on(guide, least.clone(), &silent).ok());
             }
         });
-        let simple = least.clone().restored(first);
-        searched(
-            problem,
-            unguided,
-            goal,
-            budget,
-            simple,
-            report,
-            super::found,
-        )
+        on(unguided, least.clone().restored(first), report)
     });
     // Where it was broken off, the others did not have the same time.
     if !problem.goes_on() && first.is_ok() {

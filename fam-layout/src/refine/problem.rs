@@ -50,6 +50,15 @@ pub struct Effort {
     pub decrease: f64,
 }
 
+/// Where a layout lies before it is solved.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Place {
+    /// Nearly where it should be, so that what is left to do is local.
+    Near,
+    /// Perhaps far from there.
+    Anywhere,
+}
+
 /// A patch that is to be laid out.
 pub struct Problem<'a> {
     pub patch: &'a Patch,
@@ -145,7 +154,7 @@ impl<'a> Problem<'a> {
         let opened = cut.open(&self.patch.topology);
         if let Some(uv) = self.prolonged(&opened, effort) {
             let mut layout = Layout::new(cut.clone(), opened.clone(), uv);
-            self.part_contacts(&mut layout);
+            self.separate_contacts(&mut layout);
             if self.settled(&mut layout, effort, LEAST_STEPS).is_ok() {
                 return Ok(layout);
             }
@@ -190,7 +199,7 @@ impl<'a> Problem<'a> {
                 let place = |&v: &u32| uv[patch.source[v as usize] as usize];
                 let map = opened.source.iter().map(place).collect();
                 let mut layout = Layout::new(whole, opened, map);
-                problem.part_contacts(&mut layout);
+                problem.separate_contacts(&mut layout);
                 problem.settled(&mut layout, LEVEL, LEAST_STEPS).ok()?;
                 layout
             };
@@ -212,9 +221,9 @@ impl<'a> Problem<'a> {
             .then_some(uv)
     }
 
-    /// Moves the boundary apart where it touches itself, as vertices that come back to it may, for
-    /// rounding; if that is not possible, nothing moves.
-    fn part_contacts(&self, layout: &mut Layout) {
+    /// Moves the boundary apart where it touches itself: rounding may put a vertex that comes back on
+    /// another part of it. If it cannot be moved apart, nothing moves.
+    fn separate_contacts(&self, layout: &mut Layout) {
         if !self.injective {
             return;
         }
@@ -323,7 +332,7 @@ impl<'a> Problem<'a> {
                 (area / self.rest.area(t)).sqrt()
             })
             .collect();
-        self.settled_for(&self.rest.resized(&sizes), layout, effort, 0)
+        self.solve_for(&self.rest.resized(&sizes), layout, effort, 0, Place::Near)
     }
 
     /// Decreases the energy of a layout that is nearly where it should be, as one that comes from a
@@ -334,27 +343,7 @@ impl<'a> Problem<'a> {
         effort: Effort,
         least: usize,
     ) -> Result<(), SolveError> {
-        self.settled_for(&self.rest, layout, effort, least)
-    }
-
-    fn settled_for(
-        &self,
-        rest: &RestShapes,
-        layout: &mut Layout,
-        effort: Effort,
-        least: usize,
-    ) -> Result<(), SolveError> {
-        let triangles = layout.opened.topology.triangles();
-        if triangles.len() < IN_BLOCKS {
-            return self.solve_for(rest, layout, effort, least);
-        }
-        let boundary = self.injective.then(|| self.boundary(layout));
-        let stop = self.stop(effort, least);
-        let blocks = Blockwise::new(triangles, rest, boundary.as_ref());
-        let steps = blocks.minimize(&mut layout.uv, &stop)?;
-        self.count(steps, triangles.len());
-        self.measure(layout);
-        Ok(())
+        self.solve_for(&self.rest, layout, effort, least, Place::Near)
     }
 
     fn stop(&self, effort: Effort, least: usize) -> Stop<'_> {
@@ -386,7 +375,7 @@ impl<'a> Problem<'a> {
 
     /// Decreases the energy of a layout, with a least number of steps even if it is not to go on.
     fn solve(&self, layout: &mut Layout, effort: Effort, least: usize) -> Result<(), SolveError> {
-        self.solve_for(&self.rest, layout, effort, least)
+        self.solve_for(&self.rest, layout, effort, least, Place::Anywhere)
     }
 
     /// The same for given rest shapes; what is known of the layout then is by its own.
@@ -396,13 +385,20 @@ impl<'a> Problem<'a> {
         layout: &mut Layout,
         effort: Effort,
         least: usize,
+        place: Place,
     ) -> Result<(), SolveError> {
         let triangles = layout.opened.topology.triangles();
-        let mut flattening = Flattening::new(triangles, rest.clone(), &[])?;
         let boundary = self.injective.then(|| self.boundary(layout));
         let stop = self.stop(effort, least);
-        let solved = flattening.minimize(&mut layout.uv, boundary.as_ref(), &stop)?;
-        self.count(solved.iterations, triangles.len());
+        let steps = if place == Place::Near && triangles.len() >= IN_BLOCKS {
+            let blocks = Blockwise::new(triangles, rest, boundary.as_ref());
+            blocks.minimize(&mut layout.uv, &stop)?
+        } else {
+            let mut flattening = Flattening::new(triangles, rest.clone(), &[])?;
+            let solved = flattening.minimize(&mut layout.uv, boundary.as_ref(), &stop)?;
+            solved.iterations
+        };
+        self.count(steps, triangles.len());
         self.measure(layout);
         Ok(())
     }

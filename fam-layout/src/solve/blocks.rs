@@ -34,9 +34,6 @@ const LEAST_GAIN: f64 = 0.01;
 /// How far the vertices of a block may move outside of where it lies, as a share of its size.
 const ROOM: f64 = 0.05;
 
-/// In place of a block: none.
-const NONE: u32 = u32::MAX;
-
 /// A chart that is relaxed.
 pub(crate) struct Blockwise<'a> {
     triangles: &'a [[u32; 3]],
@@ -54,7 +51,7 @@ struct Block {
 }
 
 impl Block {
-    /// Where its vertices may move to.
+    /// How far outside of its bounds its vertices may move.
     fn room(&self) -> f64 {
         ROOM * self.bounds.longest_side()
     }
@@ -132,8 +129,8 @@ impl<'a> Blockwise<'a> {
         }
     }
 
-    /// The vertices in blocks by where they lie: halves of halves. Borders between blocks are
-    /// elsewhere in every other sweep.
+    /// The vertices in blocks by where they lie: halves of halves. Every other sweep has other
+    /// borders between them.
     fn blocks(&self, uv: &[[f64; 2]], sweep: usize) -> Vec<Block> {
         let mut used = vec![false; uv.len()];
         for &v in self.triangles.iter().flatten() {
@@ -143,7 +140,7 @@ impl<'a> Blockwise<'a> {
         let mut members: Vec<Vec<u32>> = Vec::new();
         let first = if sweep.is_multiple_of(2) { 0.5 } else { 0.3 };
         divide(&mut vertices, uv, first, &mut members);
-        let mut block_of = vec![NONE; uv.len()];
+        let mut block_of = vec![0; uv.len()];
         for (b, members) in (0..).zip(&members) {
             for &v in members {
                 block_of[v as usize] = b;
