@@ -57,13 +57,14 @@ fn noise(cells: u32, height: f64) -> TriangleMesh {
 #[test]
 fn noise_is_rough_and_what_is_smooth_is_not() {
     assert!(is_rough(&Patch::of(&noise(120, 0.03))));
+    assert!(!is_rough(&Patch::of(&noise(20, 0.06))), "too few regions");
     assert!(!is_rough(&Patch::of(&shapes::torus(1.0, 0.4, 200, 50))));
     assert!(!is_rough(&Patch::of(&shapes::cube(1))));
 }
 
-/// One of 800 triangles needs charts, but not one for every few triangles.
+/// Where each step that makes charts fewer counts: without the last there are 59.
 #[test]
 fn a_rough_surface_has_few_charts_within_the_bound() {
-    let pieces = atlas(&noise(20, 0.06));
-    assert!(pieces.len() < 60, "{}", pieces.len());
+    let pieces = atlas(&noise(30, 0.132));
+    assert!(pieces.len() < 55, "{}", pieces.len());
 }
