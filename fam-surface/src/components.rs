@@ -130,8 +130,8 @@ impl Components {
             },
         };
         let kept = |t: usize| kinds[t] == Kind::Kept;
-        let mut joined = topology.join(kept);
-        let fans = Fans::of(&topology, &mut joined, kept);
+        let joined = topology.join(kept);
+        let fans = Fans::of(&topology, &joined);
 
         let mut list: Vec<Builder> = Vec::new();
         let mut component_of_root = vec![NONE; count];

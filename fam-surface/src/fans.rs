@@ -2,10 +2,8 @@
 
 use std::collections::HashSet;
 
-use rayon::prelude::*;
-
 use super::joining::{Joined, Topology};
-use super::orientation::{NONE, ends};
+use super::orientation::{NONE, ends, next};
 use super::sets::Sets;
 
 /// Which triangles, and which of their corners, hang together: the corners around a vertex that
@@ -16,32 +14,8 @@ pub(super) struct Fans {
 }
 
 impl Fans {
-    /// The fans of joined triangles. Where a surface comes back to one of its own edges, so that
-    /// three or more sides would be between the same two fans, they are taken apart there.
-    pub fn of(topology: &Topology, joined: &mut Joined, kept: impl Fn(usize) -> bool) -> Self {
-        let fans = Self::along(topology, joined);
-        if joined.by_file {
-            return fans;
-        }
-        let mut sides: Vec<([u32; 2], u32)> = (0..joined.across.len() as u32)
-            .filter(|&h| kept(h as usize / 3))
-            .map(|h| (fans.ends(h), h))
-            .collect();
-        sides.par_sort_unstable();
-        let mut several = sides
-            .chunk_by(|(one, _), (other, _)| one == other)
-            .filter(|edge| edge.len() > 2)
-            .peekable();
-        if several.peek().is_none() {
-            return fans;
-        }
-        // Each of these sides is at the end of its fans then, so that two of them at most are
-        // between the same fans.
-        several.flatten().for_each(|&(_, h)| joined.part(h));
-        Self::along(topology, joined)
-    }
-
-    fn along(topology: &Topology, joined: &Joined) -> Self {
+    /// The fans of joined triangles.
+    pub fn of(topology: &Topology, joined: &Joined) -> Self {
         let mut fans = Self {
             triangles: Sets::new(topology.welded.len()),
             corners: Sets::new(joined.across.len()),
@@ -62,12 +36,6 @@ impl Fans {
         fans.triangles.settle();
         fans.corners.settle();
         fans
-    }
-
-    /// The fans at the ends of a half-edge, in ascending order.
-    fn ends(&self, h: u32) -> [u32; 2] {
-        let (a, b) = (self.corners.find(h), self.corners.find(next(h)));
-        [a.min(b), a.max(b)]
     }
 
     /// How many of the file's own vertices, off the non-manifold edges, have several fans.
@@ -134,9 +102,4 @@ impl Fans {
         roots.dedup();
         used.len() - roots.len()
     }
-}
-
-/// The next half-edge of the same triangle; also the corner where this one ends.
-fn next(h: u32) -> u32 {
-    h - h % 3 + (h + 1) % 3
 }

@@ -4,10 +4,15 @@
 //! At an edge of more, those pairs are joined that continue each other best. Only the sides that
 //! are open then are joined by position, by the same rule, as in a mesh whose vertices were split
 //! for hard edges or texture seams.
+//!
+//! The corners around a vertex that are joined across edges are a fan, and become one vertex. So a
+//! pair stays apart where a third side would then lie between the same two fans: the surface would
+//! come back to one of its own edges, and its triangles could not tell with which of the others
+//! they are joined.
 
 use rayon::prelude::*;
 
-use super::orientation::{NONE, ends};
+use super::orientation::{NONE, ends, next, previous};
 use super::vector::{dot, normalize, scale, sub};
 
 /// Sides of one edge that are paired at most. More are no surface, and there are about half the
@@ -37,12 +42,22 @@ pub(super) struct Joined {
     pub across: Vec<u32>,
     /// The edges of three or more triangles, by group and welded vertices, ascending.
     pub non_manifold_edges: Vec<(u32, [u32; 2])>,
-    /// Whether the file's own vertices alone join the triangles, no three at one edge.
-    pub by_file: bool,
 }
 
 /// A half-edge, with the group and the ends by which it meets others.
 type Side = (u32, [u32; 2], u32);
+
+/// Two sides of one edge that may be joined. The best comes first.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+struct Pair {
+    /// Whether the edge has more sides than these.
+    is_chosen: bool,
+    /// Whether the two triangles are wound against each other.
+    is_turned: bool,
+    /// Of the angle between them, in millionths: -1,000,000 where they lie in one plane.
+    cosine: i64,
+    sides: [u32; 2],
+}
 
 impl Topology<'_> {
     pub fn group(&self, triangle: usize) -> u32 {
@@ -54,22 +69,22 @@ impl Topology<'_> {
         let mut joined = Joined {
             across: vec![NONE; 3 * self.own.len()],
             non_manifold_edges: Vec::new(),
-            by_file: true,
         };
-        for edge in edges(&self.sides(self.own, |h| kept(h as usize / 3))) {
+        let sides = self.sides(self.own, |h| kept(h as usize / 3));
+        let mut pairs = Vec::new();
+        for edge in edges(&sides) {
             match *edge {
                 [_] => {}
                 [(.., a), (.., b)] => joined.join(a, b),
                 _ => {
-                    joined.by_file = false;
                     let (group, _, h) = edge[0];
-                    joined
-                        .non_manifold_edges
-                        .push((group, ascending(ends(self.welded, h))));
-                    self.pairs(edge).for_each(|[a, b]| joined.join(a, b));
+                    let ends = ascending(ends(self.welded, h));
+                    joined.non_manifold_edges.push((group, ends));
+                    pairs.extend(self.pairs(edge));
                 }
             }
         }
+        self.join_best(&mut joined, pairs);
         joined
     }
 
@@ -78,16 +93,78 @@ impl Topology<'_> {
         let mut joined = self.join_by_file(&kept);
         let is_open = |h: u32| kept(h as usize / 3) && joined.across[h as usize] == NONE;
         let open = self.sides(self.welded, is_open);
+        let mut pairs = Vec::new();
         for edge in edges(&open).filter(|edge| edge.len() > 1) {
-            joined.by_file = false;
             if edge.len() > 2 {
                 joined.non_manifold_edges.push((edge[0].0, edge[0].1));
             }
-            self.pairs(edge).for_each(|[a, b]| joined.join(a, b));
+            pairs.extend(self.pairs(edge));
         }
+        self.join_best(&mut joined, pairs);
         joined.non_manifold_edges.sort_unstable();
         joined.non_manifold_edges.dedup();
         joined
+    }
+
+    /// Joins pairs, the best first, each side once, where the surface stays a manifold.
+    fn join_best(&self, joined: &mut Joined, mut pairs: Vec<Pair>) {
+        pairs.par_sort_unstable();
+        for Pair { sides: [a, b], .. } in pairs {
+            if [a, b].iter().any(|&h| joined.across[h as usize] != NONE) {
+                continue;
+            }
+            joined.join(a, b);
+            if self.is_crowded(joined, a) || self.is_crowded(joined, next(a)) {
+                joined.part(a);
+            }
+        }
+    }
+
+    /// Whether three sides of an edge lie between the fan of a corner and one other fan.
+    fn is_crowded(&self, joined: &Joined, corner: u32) -> bool {
+        // Every side of the fan, by the vertex at its far end, with the corner there.
+        let mut spokes: Vec<(u32, u32)> = self
+            .fan(joined, corner)
+            .into_iter()
+            .flat_map(|c| [next(c), previous(c)])
+            .map(|far| (ends(self.welded, far)[0], far))
+            .collect();
+        spokes.sort_unstable();
+        let mut crowded = spokes.chunk_by(|a, b| a.0 == b.0);
+        crowded.any(|sides| {
+            if sides.len() < 3 {
+                return false;
+            }
+            let lowest = |&(_, far): &(u32, u32)| self.fan(joined, far).into_iter().min();
+            let mut fans: Vec<Option<u32>> = sides.iter().map(lowest).collect();
+            fans.sort_unstable();
+            fans.chunk_by(|a, b| a == b).any(|same| same.len() > 2)
+        })
+    }
+
+    /// The corners that are joined with one around its vertex, this one first.
+    fn fan(&self, joined: &Joined, corner: u32) -> Vec<u32> {
+        let start = |h: u32| ends(self.welded, h)[0];
+        let mut corners = vec![corner];
+        for first in [corner, previous(corner)] {
+            let (mut at, mut side) = (corner, first);
+            while let other = joined.across[side as usize]
+                && other != NONE
+            {
+                let is_same_way = start(side) == start(other);
+                at = if (side == at) == is_same_way {
+                    other
+                } else {
+                    next(other)
+                };
+                if at == corner {
+                    return corners;
+                }
+                corners.push(at);
+                side = if other == at { previous(at) } else { at };
+            }
+        }
+        corners
     }
 
     /// The half-edges of `triangles` (own or welded) for which `which` holds, sorted by edge.
@@ -104,29 +181,27 @@ impl Topology<'_> {
         sides
     }
 
-    /// Disjoint pairs of the sides of one edge, the best first: those of one winding before
-    /// others, the flattest before others, those of earlier triangles before others. Triangles
-    /// that lie on each other make no pair.
-    fn pairs(&self, edge: &[Side]) -> impl Iterator<Item = [u32; 2]> + use<> {
-        let mut candidates = Vec::new();
-        if edge.len() <= MOST_SIDES {
-            let sides: Vec<(bool, [f64; 3])> = edge.iter().map(|side| self.wing(side.2)).collect();
-            for (j, (forward, wing)) in sides.iter().enumerate() {
-                for (i, (other_forward, other)) in sides[..j].iter().enumerate() {
-                    let cosine = (1e6 * dot(*wing, *other)).round() as i64;
-                    if cosine <= FOLDED {
-                        candidates.push((forward == other_forward, cosine, i, j));
-                    }
+    /// The pairs of sides of one edge that may be joined: all but triangles that lie on each other.
+    fn pairs(&self, edge: &[Side]) -> Vec<Pair> {
+        let mut pairs = Vec::new();
+        if edge.len() > MOST_SIDES {
+            return pairs;
+        }
+        let sides: Vec<(bool, [f64; 3])> = edge.iter().map(|side| self.wing(side.2)).collect();
+        for (j, (forward, wing)) in sides.iter().enumerate() {
+            for (i, (other_forward, other)) in sides[..j].iter().enumerate() {
+                let cosine = (1e6 * dot(*wing, *other)).round() as i64;
+                if cosine <= FOLDED {
+                    pairs.push(Pair {
+                        is_chosen: edge.len() > 2,
+                        is_turned: forward == other_forward,
+                        cosine,
+                        sides: [edge[i].2, edge[j].2],
+                    });
                 }
             }
         }
-        candidates.sort_unstable();
-        let mut free: Vec<Option<u32>> = edge.iter().map(|side| Some(side.2)).collect();
-        candidates.into_iter().filter_map(move |(.., i, j)| {
-            let pair = [free[i]?, free[j]?];
-            (free[i], free[j]) = (None, None);
-            Some(pair)
-        })
+        pairs
     }
 
     /// Whether a half-edge leads from the lower of its welded vertices to the higher, and the

@@ -12,6 +12,17 @@ pub fn ends(triangles: &[[u32; 3]], h: u32) -> [u32; 2] {
     [corners[h as usize % 3], corners[(h as usize + 1) % 3]]
 }
 
+/// The next half-edge of the same triangle. A corner has the number of the half-edge that starts
+/// there, so this is also the next corner.
+pub fn next(h: u32) -> u32 {
+    h - h % 3 + (h + 1) % 3
+}
+
+/// The half-edge, or corner, before.
+pub fn previous(h: u32) -> u32 {
+    h - h % 3 + (h + 2) % 3
+}
+
 /// For every half-edge the other one between the same vertices, in either direction; [`NONE`] where it
 /// is alone or one of several. Triangles that have a vertex twice are left out.
 pub fn across(triangles: &[[u32; 3]]) -> Vec<u32> {
