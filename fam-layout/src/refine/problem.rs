@@ -39,7 +39,7 @@ const LEVEL: Effort = Effort {
 
 /// Layouts of at least this many triangles are relaxed block by block: they come from coarser ones,
 /// and one system for all of them takes long.
-const IN_BLOCKS: usize = 30_000;
+const IN_BLOCKS: usize = 12_000;
 
 /// How far to solve.
 #[derive(Clone, Copy)]

@@ -43,6 +43,10 @@ const AFTER: Effort = Effort {
     decrease: 1e-5,
 };
 
+/// Layouts of at least this many triangles are relaxed as a whole only once the bound is reached.
+/// With fewer, that saves little time, and the seams come out longer.
+const MANY: usize = 12_000;
+
 /// What is known of a branch, by its first half-edge.
 struct Known {
     /// How much of it to close next.
@@ -60,9 +64,11 @@ pub fn shortened(
     mut proceed: impl FnMut(&Layout) -> bool,
 ) -> Layout {
     let mut known = BTreeMap::new();
+    // Whether all of the layout was relaxed since branches were closed.
+    let mut is_relaxed = true;
     for _ in 0..ROUNDS {
-        match round(problem, &layout, bound, &mut known) {
-            Round::Shorter(shorter) => layout = *shorter,
+        match round(problem, &layout, bound, is_relaxed, &mut known) {
+            Round::Shorter(shorter, relaxed) => (layout, is_relaxed) = (*shorter, relaxed),
             Round::Again => {}
             Round::Done => break,
         }
@@ -70,11 +76,22 @@ pub fn shortened(
             break;
         }
     }
+    if !is_relaxed {
+        relax(problem, &mut layout);
+    }
     layout
 }
 
+/// Relaxes all of a layout; what it was stays if that is not possible.
+fn relax(problem: &Problem, layout: &mut Layout) {
+    if problem.relax(layout, AFTER).is_err() {
+        problem.measure(layout);
+    }
+}
+
 enum Round {
-    Shorter(Box<Layout>),
+    /// With shorter cuts, and whether all of it was relaxed.
+    Shorter(Box<Layout>, bool),
     /// Nothing was closed, but less may be.
     Again,
     Done,
@@ -84,6 +101,7 @@ fn round(
     problem: &Problem,
     layout: &Layout,
     bound: f64,
+    is_relaxed: bool,
     known: &mut BTreeMap<u32, Known>,
 ) -> Round {
     let topology = &problem.patch.topology;
@@ -136,7 +154,10 @@ fn round(
             break;
         }
         if energy + rate(i) * lengths[i] > bound {
-            again |= known.shorten(tips[i]);
+            // With the rest relaxed there may be room for it.
+            if is_relaxed {
+                again |= known.shorten(tips[i]);
+            }
             continue;
         }
         if chosen
@@ -152,17 +173,27 @@ fn round(
         known.rate = None;
         chosen.push(i);
     }
+    let mut shorter = layout.clone();
+    if chosen.is_empty() && !is_relaxed {
+        relax(problem, &mut shorter);
+        return Round::Shorter(Box::new(shorter), true);
+    }
     if chosen.is_empty() {
         return if again { Round::Again } else { Round::Done };
     }
-    let mut shorter = layout.clone();
     for &i in &chosen {
         if let Some(closed) = closed(problem, &shorter, tips[i]) {
             shorter = closed;
         }
     }
+    if problem.patch.areas.len() >= MANY {
+        problem.measure(&mut shorter);
+        if shorter.suits(bound) {
+            return Round::Shorter(Box::new(shorter), false);
+        }
+    }
     if problem.relax(&mut shorter, AFTER).is_ok() && shorter.suits(bound) {
-        return Round::Shorter(Box::new(shorter));
+        return Round::Shorter(Box::new(shorter), true);
     }
     for &i in &chosen {
         if let Some(known) = known.get_mut(&branches[i].half_edges[0]) {
