@@ -28,22 +28,17 @@ pub(super) struct Hessian {
     free: Vec<u32>,
     /// The links along the edges of triangles.
     edges: Vec<[u32; 2]>,
-    system: SparseSystem<2>,
+    /// None before the pattern is analysed.
+    system: Option<SparseSystem<2>>,
     /// Per triangle the blocks of its corners 0 and 1, 1 and 2, 2 and 0.
     slots: Vec<[Option<Slot<2>>; 3]>,
     gradient: Vec<[f64; 2]>,
 }
 
 impl Hessian {
-    /// Of triangles over vertices, those of which move for which `free` holds.
-    ///
-    /// # Errors
-    /// The system is too large.
-    pub(super) fn new(
-        triangles: &[[u32; 3]],
-        vertices: usize,
-        free: impl Fn(u32) -> bool,
-    ) -> Result<Self, SolveError> {
+    /// Of triangles over vertices, those of which move for which `free` holds. Its pattern is yet to
+    /// be analysed, by [`cover`](Self::cover).
+    pub(super) fn new(triangles: &[[u32; 3]], vertices: usize, free: impl Fn(u32) -> bool) -> Self {
         let mut used = vec![false; vertices];
         for &v in triangles.iter().flatten() {
             used[v as usize] = free(v);
@@ -58,32 +53,14 @@ impl Hessian {
             .flat_map(|t| sides(t.map(|v| nodes[v as usize])))
             .filter(|link| !link.contains(&NONE))
             .collect();
-        let mut hessian = Self {
-            system: SparseSystem::new(free.len(), &edges)?,
+        Self {
+            system: None,
             gradient: vec![[0.0; 2]; free.len()],
             nodes,
             free,
             edges,
             slots: Vec::new(),
-        };
-        hessian.find_slots(triangles);
-        Ok(hessian)
-    }
-
-    fn find_slots(&mut self, triangles: &[[u32; 3]]) {
-        let slots = triangles
-            .iter()
-            .map(|t| sides(t.map(|v| self.nodes[v as usize])).map(|link| self.slot(link)))
-            .collect();
-        self.slots = slots;
-    }
-
-    /// The block of two nodes; none if they do not move or are not linked.
-    fn slot(&self, [a, b]: [u32; 2]) -> Option<Slot<2>> {
-        if a == NONE || b == NONE {
-            return None;
         }
-        self.system.slot(a, b)
     }
 
     fn node(&self, vertex: u32) -> u32 {
@@ -97,15 +74,14 @@ impl Hessian {
             .filter(|link| !link.contains(&NONE))
     }
 
-    /// Whether all pairs of boundary parts have their blocks.
+    /// Whether the pattern is analysed and all pairs of boundary parts have their blocks.
     pub(super) fn covers(&self, pairs: &[Pair]) -> bool {
-        pairs
-            .iter()
-            .flat_map(|pair| self.links(pair))
-            .all(|link| self.slot(link).is_some())
+        let mut links = pairs.iter().flat_map(|pair| self.links(pair));
+        let system = self.system.as_ref();
+        system.is_some_and(|system| links.all(|link| slot(system, link).is_some()))
     }
 
-    /// Analyses the pattern anew, with blocks for pairs of boundary parts.
+    /// Analyses the pattern, with blocks for pairs of boundary parts.
     ///
     /// # Errors
     /// The system is too large.
@@ -116,14 +92,23 @@ impl Hessian {
     ) -> Result<(), SolveError> {
         let mut links = self.edges.clone();
         links.extend(pairs.iter().flat_map(|pair| self.links(pair)));
-        self.system = SparseSystem::new(self.free.len(), &links)?;
-        self.find_slots(triangles);
+        let system = SparseSystem::new(self.free.len(), &links)?;
+        let nodes = |t: &[u32; 3]| t.map(|v| self.nodes[v as usize]);
+        self.slots = triangles
+            .iter()
+            .map(|t| sides(nodes(t)).map(|link| slot(&system, link)))
+            .collect();
+        self.system = Some(system);
         Ok(())
     }
 
-    /// Computes gradient and Hessian of the symmetric Dirichlet energy at a map.
+    /// Computes gradient and Hessian of the symmetric Dirichlet energy at a map, once the pattern
+    /// is analysed.
     pub(super) fn assemble(&mut self, triangles: &[[u32; 3]], rest: &RestShapes, uv: &[[f64; 2]]) {
-        self.system.clear();
+        let Some(system) = &mut self.system else {
+            return;
+        };
+        system.clear();
         self.gradient.fill([0.0; 2]);
         for (t, corners) in triangles.iter().enumerate() {
             let hats = rest.gradients(t);
@@ -151,10 +136,10 @@ impl Hessian {
                     let force = times(&derivatives.gradient, hats[c]);
                     let sum = &mut self.gradient[node as usize];
                     *sum = [0, 1].map(|i| sum[i] + area * force[i]);
-                    self.system.add_diagonal(node, &block(c, c));
+                    system.add_diagonal(node, &block(c, c));
                 }
                 if let Some(slot) = self.slots[t][c] {
-                    self.system.add(slot, &block(c, (c + 1) % 3));
+                    system.add(slot, &block(c, (c + 1) % 3));
                 }
             }
         }
@@ -164,6 +149,9 @@ impl Hessian {
     pub(super) fn add_pairs(&mut self, pairs: &[Pair], uv: &[[f64; 2]]) {
         for pair in pairs {
             let nodes = pair.vertices.map(|v| self.node(v));
+            let Some(system) = &mut self.system else {
+                return;
+            };
             let derivatives = pair.derivatives(uv);
             let block = |one: usize, other: usize| {
                 [0, 1].map(|i| [0, 1].map(|k| derivatives.hessian[2 * one + i][2 * other + k]))
@@ -172,10 +160,10 @@ impl Hessian {
                 if nodes[c] != NONE {
                     let sum = &mut self.gradient[nodes[c] as usize];
                     *sum = [0, 1].map(|i| sum[i] + derivatives.gradient[2 * c + i]);
-                    self.system.add_diagonal(nodes[c], &block(c, c));
+                    system.add_diagonal(nodes[c], &block(c, c));
                 }
-                if let Some(slot) = self.slot([nodes[c], nodes[(c + 1) % 3]]) {
-                    self.system.add(slot, &block(c, (c + 1) % 3));
+                if let Some(slot) = slot(system, [nodes[c], nodes[(c + 1) % 3]]) {
+                    system.add(slot, &block(c, (c + 1) % 3));
                 }
             }
         }
@@ -185,20 +173,22 @@ impl Hessian {
     /// the energy along it.
     ///
     /// # Errors
-    /// The system cannot be solved: there are values that are no finite numbers.
+    /// The system cannot be solved: its pattern is not analysed, or there are values that are no
+    /// finite numbers.
     pub(super) fn direction(&mut self) -> Result<(Vec<[f64; 2]>, f64), SolveError> {
+        let system = self.system.as_mut().ok_or(SolveError::Singular)?;
         let mut damping = DAMPING;
-        self.system.scale_diagonal(1.0 + damping);
-        while let Err(error) = self.system.factorize() {
+        system.scale_diagonal(1.0 + damping);
+        while let Err(error) = system.factorize() {
             if damping > MOST_DAMPING {
                 return Err(error);
             }
             let grown = DAMPING_GROWTH * damping;
-            self.system.scale_diagonal((1.0 + grown) / (1.0 + damping));
+            system.scale_diagonal((1.0 + grown) / (1.0 + damping));
             damping = grown;
         }
         let mut step: Vec<[f64; 2]> = self.gradient.iter().map(|g| g.map(|c| -c)).collect();
-        self.system.solve(&mut step);
+        system.solve(&mut step);
         let slope: f64 = std::iter::zip(self.gradient.iter().flatten(), step.iter().flatten())
             .map(|(g, d)| g * d)
             .sum();
@@ -211,6 +201,14 @@ impl Hessian {
         }
         Ok((direction, slope))
     }
+}
+
+/// The block of two nodes; none if they do not move or are not linked.
+fn slot(system: &SparseSystem<2>, [a, b]: [u32; 2]) -> Option<Slot<2>> {
+    if a == NONE || b == NONE {
+        return None;
+    }
+    system.slot(a, b)
 }
 
 fn sides([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
@@ -256,7 +254,8 @@ mod tests {
         }
 
         fn hessian(&self) -> Hessian {
-            let mut hessian = Hessian::new(&self.triangles, self.uv.len(), |v| v != 3).unwrap();
+            let mut hessian = Hessian::new(&self.triangles, self.uv.len(), |v| v != 3);
+            hessian.cover(&self.triangles, &[]).unwrap();
             hessian.assemble(&self.triangles, &self.rest, &self.uv);
             hessian
         }

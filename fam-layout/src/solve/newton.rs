@@ -84,8 +84,8 @@ impl Flattening {
     /// They may be all of a chart or some of it, numbered as they are there.
     ///
     /// # Errors
-    /// The rest shapes are not as many as the triangles, `fixed` is neither empty nor reaches
-    /// as far as the vertices, or the system is too large.
+    /// The rest shapes are not as many as the triangles, or `fixed` is neither empty nor reaches as
+    /// far as the vertices.
     pub(crate) fn new(
         triangles: &[[u32; 3]],
         rest: RestShapes,
@@ -105,7 +105,7 @@ impl Flattening {
         }
         let is_fixed = |v: u32| !fixed.is_empty() && fixed[v as usize];
         Ok(Self {
-            hessian: Hessian::new(triangles, vertices, |v| !is_fixed(v))?,
+            hessian: Hessian::new(triangles, vertices, |v| !is_fixed(v)),
             triangles: triangles.to_vec(),
             rest,
             vertices,
@@ -120,8 +120,8 @@ impl Flattening {
     ///
     /// # Errors
     /// `uv` does not reach as far as the vertices; at the start a triangle is not
-    /// counter-clockwise or the boundary not simple; or the Hessian cannot be factorised: then
-    /// `uv` is the best map so far.
+    /// counter-clockwise or the boundary not simple; or the Hessian is too large or cannot be
+    /// factorised: then `uv` is the best map so far.
     pub(crate) fn minimize(
         &mut self,
         uv: &mut [[f64; 2]],
@@ -200,10 +200,11 @@ impl Flattening {
         boundary: Option<&Boundary>,
         pairs: &[Pair],
     ) -> Result<(Vec<[f64; 2]>, f64), SolveError> {
-        if let Some(boundary) = boundary
-            && !self.hessian.covers(pairs)
-        {
-            let wide = boundary.close_pairs(uv, WIDE_REACH);
+        if !self.hessian.covers(pairs) {
+            let wide = match boundary {
+                Some(boundary) if !pairs.is_empty() => boundary.close_pairs(uv, WIDE_REACH),
+                _ => Vec::new(),
+            };
             self.hessian.cover(&self.triangles, &wide)?;
         }
         self.hessian.assemble(&self.triangles, &self.rest, uv);
