@@ -1,11 +1,12 @@
 //! One component, cut into charts and flattened.
 
 use crate::LayoutConfig;
-use crate::atlas::{Piece, by_shape, is_rough};
 use crate::costs::creases::crease_costs;
 use crate::costs::tears::tear_costs;
 use crate::cut::Cut;
 use crate::distortion::Distortion;
+use crate::divide::by_shape::rough::is_rough;
+use crate::divide::by_shape::{self, Piece};
 use crate::divide::overlap::divided_where_overlapping;
 use crate::divide::split::split;
 use crate::marks::ComponentMarks;
@@ -231,7 +232,7 @@ impl Component<'_, '_> {
     /// The charts of a part that is divided by its shape; none if that takes cuts along forbidden
     /// edges.
     fn shaped(&self, part: &Part, patch: &Patch) -> Option<Vec<FlatChart>> {
-        let pieces = by_shape(patch, self.goal.bound, self.watch)?;
+        let pieces = by_shape::divided(patch, self.goal.bound, self.watch)?;
         let of_piece = |piece: &Piece| chart(part, patch, &piece.triangles, &piece.layout);
         Some(pieces.iter().map(of_piece).collect())
     }

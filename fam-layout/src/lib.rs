@@ -37,7 +37,6 @@
 //!
 //! [`lay_out_cloud`] finds a surface through the points of a cloud first (`cloud`).
 
-mod atlas;
 #[cfg(test)]
 mod checks;
 mod cloud;

@@ -1,10 +1,9 @@
-//! A surface laid out as an atlas of many charts, by its shape: where there is no one layout that
-//! is within the bound.
+//! A surface divided into many charts by its shape, where no single layout is within the bound.
 //!
-//! The surface falls into regions that are nearly flat, which are laid into their planes. The
-//! regions of a region are tried where it has no layout of its own, down to single triangles, so
-//! that every surface has an atlas within the bound. Then there are fewer charts step by step, as
-//! long as none overlaps itself or exceeds the bound:
+//! The surface falls into regions that are nearly flat, which are projected into their planes. A
+//! region that has no layout of its own is divided further, down to single triangles, so every
+//! surface gets charts within the bound. Then their number is lowered step by step, as long as no
+//! chart overlaps itself or exceeds the bound:
 //!
 //! 1. `join`: charts that share a border are laid side by side, those with the longest first:
 //!    sides of a box unfold.
@@ -16,6 +15,7 @@ mod facets;
 mod flat;
 mod grid;
 mod join;
+pub mod rough;
 
 use rayon::prelude::*;
 
@@ -38,16 +38,9 @@ pub struct Piece {
 /// Charts of at most this many triangles are taken apart in the end.
 const SMALL: usize = 32;
 
-/// A patch of at least `MANY` regions, with fewer than `FEW` triangles in each, is rough: one chart
-/// would be cut between most of them, and the search for that takes long. A bunny of 69,000
-/// triangles has 11 regions, a dragon with thin spikes 133 triangles in each of 60; a scanned
-/// terrain that is not smooth has 41 in each of 2,344.
-const MANY: usize = 400;
-const FEW: usize = 100;
-
-/// The pieces of an atlas of a patch, each with a mean energy within `bound`, or above it where
+/// The charts of a patch, each with a mean energy within `bound`, or above it where
 /// it would take cuts along forbidden edges. `None` if there is no valid layout without those.
-pub fn by_shape(patch: &Patch, bound: f64, watch: &Watch) -> Option<Vec<Piece>> {
+pub fn divided(patch: &Patch, bound: f64, watch: &Watch) -> Option<Vec<Piece>> {
     let goes_on = || watch.goes_on();
     let pieces = regions(patch, bound, &goes_on)?;
     let merged = |pieces| {
@@ -76,16 +69,6 @@ pub fn by_shape(patch: &Patch, bound: f64, watch: &Watch) -> Option<Vec<Piece>> 
     } else {
         pieces
     })
-}
-
-/// Whether a patch is so rough that it is best divided by its shape at once.
-pub fn is_rough(patch: &Patch) -> bool {
-    let triangles = patch.areas.len();
-    if triangles < MANY {
-        return false;
-    }
-    let regions = Facets::of(patch).roots.len();
-    regions >= MANY && triangles < FEW * regions
 }
 
 /// Regions of a patch laid out, as large as possible. `None` if one would have to be divided along a

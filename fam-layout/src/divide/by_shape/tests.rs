@@ -6,13 +6,13 @@ use super::*;
 use crate::refine::problem::Problem;
 use fam_surface::{TriangleMesh, shapes};
 
-/// An atlas of a mesh; panics if a chart is not valid or above the bound.
-fn atlas(mesh: &TriangleMesh) -> Vec<Piece> {
+/// The charts of a mesh; panics if a chart is not valid or above the bound.
+fn charts(mesh: &TriangleMesh) -> Vec<Piece> {
     let patch = Patch::of(mesh);
     let mut observe = |_| ControlFlow::Continue(());
     let mut observe: &mut (dyn FnMut(_) -> _ + Send) = &mut observe;
     let watch = Watch::new(1, &mut observe);
-    let pieces = by_shape(&patch, 4.1, &watch).unwrap();
+    let pieces = divided(&patch, 4.1, &watch).unwrap();
     let mut all: Vec<u32> = Vec::new();
     for piece in &pieces {
         let own = patch.subset(&piece.triangles);
@@ -31,7 +31,7 @@ fn atlas(mesh: &TriangleMesh) -> Vec<Piece> {
 /// Not always into one chart: what is joined first may be in the way of the rest.
 #[test]
 fn a_box_unfolds() {
-    let pieces = atlas(&shapes::cube(4));
+    let pieces = charts(&shapes::cube(4));
     assert!(pieces.len() <= 3, "{}", pieces.len());
     for piece in pieces {
         assert!(piece.layout.energy < 4.0001);
@@ -40,13 +40,13 @@ fn a_box_unfolds() {
 
 #[test]
 fn what_rolls_is_unrolled_within_the_bound() {
-    assert!(atlas(&shapes::open_cylinder(1.0, 3.0, 24, 6)).len() <= 2);
-    assert!(atlas(&shapes::torus(1.0, 0.4, 36, 18)).len() < 40);
+    assert!(charts(&shapes::open_cylinder(1.0, 3.0, 24, 6)).len() <= 2);
+    assert!(charts(&shapes::torus(1.0, 0.4, 36, 18)).len() < 40);
 }
 
 /// A square sheet of so many cells along each side, with heights that have nothing to do with each
 /// other.
-fn noise(cells: u32, height: f64) -> TriangleMesh {
+pub(super) fn noise(cells: u32, height: f64) -> TriangleMesh {
     let sheet = shapes::rectangle(1.0, 1.0, cells, cells);
     let mut random = rand_pcg::Pcg64::seed_from_u64(1);
     let place = |p: &[f64; 3]| [p[0], p[1], random.random_range(0.0..height)];
@@ -54,17 +54,9 @@ fn noise(cells: u32, height: f64) -> TriangleMesh {
     TriangleMesh::new(positions, sheet.triangles().to_vec()).unwrap()
 }
 
-#[test]
-fn noise_is_rough_and_what_is_smooth_is_not() {
-    assert!(is_rough(&Patch::of(&noise(120, 0.03))));
-    assert!(!is_rough(&Patch::of(&noise(20, 0.3))), "too few regions");
-    assert!(!is_rough(&Patch::of(&shapes::torus(1.0, 0.4, 200, 50))));
-    assert!(!is_rough(&Patch::of(&shapes::cube(1))));
-}
-
 /// Where each step that makes charts fewer counts: without the last there are 59.
 #[test]
 fn a_rough_surface_has_few_charts_within_the_bound() {
-    let pieces = atlas(&noise(30, 0.132));
+    let pieces = charts(&noise(30, 0.132));
     assert!(pieces.len() < 55, "{}", pieces.len());
 }

@@ -13,8 +13,8 @@ use fam_surface::vector::{add, cross, dot, scale, sub};
 
 /// The most mean of 1 − cos θ in a region, where θ is the angle to its mean normal. A region with
 /// twice as much has parts that stand upright on its plane; two sides of a cube have 0.29. With 0.2
-/// and 0.45, atlases of rough surfaces have more charts and longer seams.
-const MOST_BENT: f64 = 0.28;
+/// and 0.45, rough surfaces have more charts and longer seams.
+pub(super) const MOST_BENT: f64 = 0.28;
 
 /// What area adds to the error of a region, so that of flat unions small and compact ones come
 /// first.
