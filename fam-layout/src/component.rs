@@ -11,6 +11,7 @@ use crate::divide::overlap::divided_where_overlapping;
 use crate::divide::split::split;
 use crate::marks::ComponentMarks;
 use crate::marks::opening::opened;
+use crate::parallel::largest_first;
 use crate::part::{Part, halves};
 use crate::patch::Patch;
 use crate::refine::{
@@ -93,17 +94,18 @@ pub fn flat_charts(
         .powf(1.5)
         .clamp(1.0, 8.0);
     let steps = (effort * MOST_STEPS as f64) as u64;
-    let mut component = Component {
+    let component = Component {
         goal,
         allowed: Distortion::allowed(config.distortion_bound),
         map,
         marks,
         areas: mesh.triangle_areas(),
-        budget: steps * (mesh.triangles().len() as u64).max(SMALL),
         max_charts: config.max_charts,
         watch,
     };
-    component.divided(opened(mesh, marks), config.max_charts.unwrap_or(usize::MAX))
+    let budget = steps * (mesh.triangles().len() as u64).max(SMALL);
+    let most = config.max_charts.unwrap_or(usize::MAX);
+    component.divided(opened(mesh, marks), most, budget)
 }
 
 /// A component that is being flattened.
@@ -116,37 +118,36 @@ struct Component<'a, 'w> {
     marks: &'a ComponentMarks,
     /// Of every triangle.
     areas: Vec<f64>,
-    /// What is left to be spent, see [`refined`].
-    budget: u64,
     max_charts: Option<usize>,
     watch: &'a Watch<'w>,
 }
 
 impl Component<'_, '_> {
-    /// The charts of a part: `most` of them at most, unless it takes more to be valid.
-    fn charts(&mut self, part: Part, most: usize) -> Vec<FlatChart> {
-        let patch = self.marks.patch(&part);
+    /// The charts of a part: `most` of them at most, unless it takes more to be valid. There is a
+    /// `budget` of Newton steps, see [`refined`].
+    fn charts(&self, part: &Part, most: usize, mut budget: u64) -> Vec<FlatChart> {
+        let patch = self.marks.patch(part);
         let several = part.triangles.len() > 1;
-        if let Some(charts) = self.shaped_at_once(&part, &patch) {
+        if let Some(charts) = self.shaped_at_once(part, &patch) {
             return charts;
         }
         let placed = part.placed.as_ref().map(|placed| {
-            let of = |h: u32| placed[h as usize / 3][corner(&part, &patch, h)];
+            let of = |h: u32| placed[h as usize / 3][corner(part, &patch, h)];
             let scaled = |h: u32| of(h).map(|c| c * patch.scale);
             (0..patch.topology.half_edges())
                 .map(scaled)
                 .collect::<Vec<[f64; 2]>>()
         });
-        let layout = self.refined(&part, &patch, placed.as_deref());
+        let layout = self.refined(part, &patch, placed.as_deref(), &mut budget);
         match layout {
             Ok(layout) if layout.uv.iter().flatten().all(|c| c.is_finite()) => {
-                let layout = self.continued(&part, &patch, layout);
+                let layout = self.continued(part, &patch, layout, &mut budget);
                 let layout = with_better_angles(&patch, layout, &self.allowed, self.watch);
-                let whole = whole_chart(&part, &patch, &layout);
+                let whole = whole_chart(part, &patch, &layout);
                 let room = several && most > 1 && self.watch.goes_on();
                 if room
                     && self.is_above(&layout)
-                    && let Some(charts) = self.several(&part, &patch, layout, most)
+                    && let Some(charts) = self.several(part, &patch, layout, most, budget)
                 {
                     let is_better = self.distortion(&charts).energy < whole.distortion.energy;
                     if charts.len() <= most && is_better {
@@ -157,10 +158,10 @@ impl Component<'_, '_> {
             }
             Ok(_) | Err(_) if several => {
                 let is_free = self.max_charts.is_none();
-                let shaped = is_free.then(|| self.shaped(&part, &patch)).flatten();
-                shaped.unwrap_or_else(|| self.divided(halves(&part, &split(&patch)), most))
+                let shaped = is_free.then(|| self.shaped(part, &patch)).flatten();
+                shaped.unwrap_or_else(|| self.divided(halves(part, &split(&patch)), most, budget))
             }
-            Ok(_) | Err(_) => vec![lone_triangle(&part, &patch)],
+            Ok(_) | Err(_) => vec![lone_triangle(part, &patch)],
         }
     }
 
@@ -193,16 +194,16 @@ impl Component<'_, '_> {
     }
 
     /// A layout that is little above the bound when no steps are left, with some more.
-    fn continued(&mut self, part: &Part, patch: &Patch, layout: Layout) -> Layout {
-        let is_short = self.budget == 0 && self.watch.goes_on();
+    fn continued(&self, part: &Part, patch: &Patch, layout: Layout, budget: &mut u64) -> Layout {
+        let is_short = *budget == 0 && self.watch.goes_on();
         if !is_short || !self.is_above(&layout) || !self.is_near(&layout) {
             return layout;
         }
-        self.budget = reserve(part);
+        *budget = reserve(part);
         let flat = &layout.opened.topology;
         let corners = (0..flat.half_edges()).map(|h| layout.uv[flat.origin(h) as usize]);
         let corners: Vec<[f64; 2]> = corners.collect();
-        match self.refined(part, patch, Some(&corners)) {
+        match self.refined(part, patch, Some(&corners), budget) {
             Ok(further) if further.energy < layout.energy => further,
             Ok(_) | Err(_) => layout,
         }
@@ -212,18 +213,19 @@ impl Component<'_, '_> {
     /// along forbidden edges. What is near to the bound is divided in two, what is far or small by
     /// its shape; that by shape may take more charts than are allowed.
     fn several(
-        &mut self,
+        &self,
         part: &Part,
         patch: &Patch,
         layout: Layout,
         most: usize,
+        budget: u64,
     ) -> Option<Vec<FlatChart>> {
         let is_bounded = self.max_charts.is_some();
         if is_bounded || (self.is_near(&layout) && part.triangles.len() >= FEW) {
-            self.budget = self.budget.max(reserve(part));
-            let (parts, is_allowed) = self.division(part, patch, layout);
+            let mut budget = budget.max(reserve(part));
+            let (parts, is_allowed) = self.division(part, patch, layout, &mut budget);
             if is_allowed {
-                return Some(self.divided(parts, most));
+                return Some(self.divided(parts, most, budget));
             }
         }
         self.shaped(part, patch)
@@ -237,24 +239,34 @@ impl Component<'_, '_> {
         Some(pieces.iter().map(of_piece).collect())
     }
 
-    /// The charts of parts.
-    fn divided(&mut self, parts: Vec<Part>, most: usize) -> Vec<FlatChart> {
-        let mut charts = Vec::new();
-        let mut left = parts.len();
-        for part in parts {
-            left -= 1;
-            let most = most.saturating_sub(charts.len() + left).max(1);
-            self.budget = self.budget.max(reserve(&part));
-            charts.extend(self.charts(part, most));
+    /// The charts of parts, which share a budget by their sizes.
+    fn divided(&self, parts: Vec<Part>, most: usize, budget: u64) -> Vec<FlatChart> {
+        let sizes: Vec<usize> = parts.iter().map(|part| part.triangles.len()).collect();
+        let all = sizes.iter().sum::<usize>() as u128;
+        let share = |i: usize| (u128::from(budget) * sizes[i] as u128 / all) as u64;
+        let charts = |i: usize, most: usize| {
+            let part = &parts[i];
+            self.charts(part, most, share(i).max(reserve(part)))
+        };
+        if self.max_charts.is_none() {
+            let all = largest_first(&sizes, |i| charts(i, most));
+            return all.into_iter().flatten().collect();
         }
-        charts
+        let mut found = Vec::new();
+        for i in 0..parts.len() {
+            let left = parts.len() - i - 1;
+            let most = most.saturating_sub(found.len() + left).max(1);
+            found.extend(charts(i, most));
+        }
+        found
     }
 
     fn refined(
-        &mut self,
+        &self,
         part: &Part,
         patch: &Patch,
         placed: Option<&[[f64; 2]]>,
+        budget: &mut u64,
     ) -> Result<Layout, SolveError> {
         let own: Option<Vec<[f32; 2]>> = self
             .map
@@ -273,13 +285,18 @@ impl Component<'_, '_> {
             (None, Some(corners)) => Start::Map(corners),
             (None, None) => Start::Nothing,
         };
-        refined(patch, cost, start, &self.goal, &mut self.budget, self.watch)
+        refined(patch, cost, start, &self.goal, budget, self.watch)
     }
 
     /// A part in two, and whether the edges between are allowed to be cut.
-    fn division(&mut self, part: &Part, patch: &Patch, layout: Layout) -> (Vec<Part>, bool) {
-        let free =
-            without_regard_to_overlaps(patch, layout, &self.goal, &mut self.budget, self.watch);
+    fn division(
+        &self,
+        part: &Part,
+        patch: &Patch,
+        layout: Layout,
+        budget: &mut u64,
+    ) -> (Vec<Part>, bool) {
+        let free = without_regard_to_overlaps(patch, layout, &self.goal, budget, self.watch);
         let mut part = Part {
             mesh: part.mesh.clone(),
             vertices: part.vertices.clone(),
