@@ -7,7 +7,7 @@ use fam_surface::vector::{add, cross, dot, scale, sub};
 /// A patch of at least `MANY` regions, with fewer than `FEW` triangles in each, is rough. A bunny of
 /// 69,000 triangles has 11 regions, a dragon with thin spikes 133 triangles in each of 60; a scanned
 /// terrain that is not smooth has 41 in each of 2,344.
-const MANY: usize = 400;
+const MANY: usize = 250;
 const FEW: usize = 100;
 
 /// Whether a patch is so rough that it is best divided by its shape at once: the search for cuts
