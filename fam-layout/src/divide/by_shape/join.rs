@@ -31,6 +31,10 @@ const MOST_COSINE: f64 = 0.9986;
 /// How many of the common borders of two charts are tried, the longest first.
 const TRIED: usize = 3;
 
+/// The sizes that a chart is tried in beside another. Sides of boxes often come to lie exactly along
+/// other sides, and need a little room.
+const SIZES: [f64; 2] = [1.0, 0.9];
+
 /// The least share of a common border that must fit.
 const LEAST_FIT: f64 = 0.5;
 
@@ -214,8 +218,9 @@ impl<'a> Charts<'a> {
             .filter(is_shared)
             .collect();
         let chains = self.chains(&shared);
-        let mut tried = chains.iter().take(TRIED);
-        tried.find_map(|chain| self.beside(large, small, chain, &shared))
+        let tried = chains.iter().take(TRIED);
+        let mut tried = tried.flat_map(|chain| SIZES.map(|size| (chain, size)));
+        tried.find_map(|(chain, size)| self.beside(large, small, chain, &shared, size))
     }
 
     /// The runs of common edges without a gap, the longest first.
@@ -256,8 +261,9 @@ impl<'a> Charts<'a> {
         small: u32,
         chain: &[(u32, u32)],
         shared: &[(u32, u32)],
+        size: f64,
     ) -> Option<Placing> {
-        let turned = self.fitted(chain)?;
+        let turned = self.fitted(chain, size)?;
         let mut placing = Placing {
             places: BTreeMap::new(),
             same: BTreeMap::new(),
@@ -321,7 +327,11 @@ impl<'a> Charts<'a> {
     }
 
     /// The rigid motion that takes the half-edges of a chain to their twins, as well as it can.
-    fn fitted(&self, chain: &[(u32, u32)]) -> Option<impl Fn([f64; 2]) -> [f64; 2] + use<>> {
+    fn fitted(
+        &self,
+        chain: &[(u32, u32)],
+        size: f64,
+    ) -> Option<impl Fn([f64; 2]) -> [f64; 2] + use<>> {
         let pairs: Vec<Pair> = chain
             .iter()
             .flat_map(|&(h, twin)| {
@@ -347,7 +357,7 @@ impl<'a> Charts<'a> {
         }
         let norm = cosine.hypot(sine);
         (norm > 0.0 && norm.is_finite()).then(|| {
-            let (cosine, sine) = (cosine / norm, sine / norm);
+            let (cosine, sine) = (size * cosine / norm, size * sine / norm);
             move |p: [f64; 2]| {
                 let [x, y] = [p[0] - from[0], p[1] - from[1]];
                 [to[0] + cosine * x - sine * y, to[1] + sine * x + cosine * y]
