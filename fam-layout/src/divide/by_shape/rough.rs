@@ -73,10 +73,10 @@ mod tests {
     fn the_bend_of_a_fold_is_known() {
         let flat = shapes::rectangle(1.0, 1.0, 1, 1);
         assert!(bend_of_clumps(&Patch::of(&flat)) < 1e-12);
-        let half = shapes::rectangle(2.0, 1.0, 2, 1);
-        let fold = |p: &[f64; 3]| [p[0].min(1.0), p[1], (p[0] - 1.0).max(0.0)];
-        let positions = half.positions().iter().map(fold).collect();
-        let folded = fam_surface::TriangleMesh::new(positions, half.triangles().to_vec());
+        let sheet = shapes::rectangle(2.0, 1.0, 2, 1);
+        let fold = |p: &[f64; 3]| [p[0].min(0.0), p[1], p[0].max(0.0)];
+        let positions = sheet.positions().iter().map(fold).collect();
+        let folded = fam_surface::TriangleMesh::new(positions, sheet.triangles().to_vec());
         let bend = bend_of_clumps(&Patch::of(&folded.unwrap()));
         assert!((bend - (1.0 - 0.5_f64.sqrt())).abs() < 1e-12, "{bend}");
     }

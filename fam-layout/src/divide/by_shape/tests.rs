@@ -32,9 +32,9 @@ fn charts(mesh: &TriangleMesh) -> Vec<Piece> {
 #[test]
 fn a_box_unfolds() {
     let pieces = charts(&shapes::cube(4));
-    assert!(pieces.len() <= 3, "{}", pieces.len());
+    assert!(pieces.len() <= 2, "{}", pieces.len());
     for piece in pieces {
-        assert!(piece.layout.energy < 4.0001);
+        assert!(piece.layout.energy < 4.001);
     }
 }
 
