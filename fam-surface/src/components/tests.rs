@@ -1,5 +1,6 @@
 use super::*;
 use crate::shapes;
+use rand::{RngExt, SeedableRng};
 
 fn components(mesh: &TriangleMesh) -> Components {
     Components::of(mesh, &[]).unwrap()
@@ -99,6 +100,60 @@ fn a_surface_that_comes_back_to_its_own_edge_is_taken_apart_there() {
     let found = components(&mesh(&positions, &triangles));
     assert_eq!(sizes(&found), [4, 1]);
     assert_eq!(found.list[0].mesh.positions().len(), 4);
+}
+
+/// The walls between the cells of a grid of so many along each side, each wound at random.
+fn foam(cells: u32) -> TriangleMesh {
+    let side = cells + 1;
+    let vertex = |[x, y, z]: [u32; 3]| x + side * (y + side * z);
+    let mut random = rand_pcg::Pcg64::seed_from_u64(1);
+    let mut triangles = Vec::new();
+    for place in 0..side.pow(3) {
+        let at = [place % side, place / side % side, place / side / side];
+        for axis in 0..3 {
+            let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+            if at[u] == cells || at[v] == cells {
+                continue;
+            }
+            let corner = |du: u32, dv: u32| {
+                let mut to = at;
+                to[u] += du;
+                to[v] += dv;
+                vertex(to)
+            };
+            let [a, b, c, d] = [corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)];
+            let wall = if random.random() {
+                [a, b, c, d]
+            } else {
+                [a, d, c, b]
+            };
+            let [a, b, c, d] = wall;
+            triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    let place = |v: u32| [v % side, v / side % side, v / side / side].map(f64::from);
+    mesh(&(0..side.pow(3)).map(place).collect::<Vec<_>>(), &triangles)
+}
+
+/// Where all sides are taken apart at once at which the surface comes back to its own edge, there are 3.
+#[test]
+fn foam_is_one_manifold() {
+    let foam = foam(3);
+    let found = components(&foam);
+    assert!(found.conditioning.non_manifold_edges > 50);
+    assert_eq!(found.list.len(), 1);
+    let count: usize = sizes(&found).iter().sum();
+    assert_eq!(count, foam.triangles().len());
+    for component in &found.list {
+        let triangles = component.mesh.triangles();
+        let mut edges: Vec<[u32; 2]> = triangles
+            .iter()
+            .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
+            .map(|[a, b]| [a.min(b), a.max(b)])
+            .collect();
+        edges.sort_unstable();
+        assert!(edges.chunk_by(|a, b| a == b).all(|sides| sides.len() <= 2));
+    }
 }
 
 /// Boxes side by side, each over vertices of its own.
