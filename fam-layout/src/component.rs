@@ -23,37 +23,37 @@ use crate::solve::rest::RestShapes;
 use crate::watch::Watch;
 use fam_surface::TriangleMesh;
 
-/// Components of fewer triangles may take as many steps as one of this many: they are quick.
+/// Components of fewer triangles get the Newton steps of one of this many: they are quick.
 const SMALL: u64 = 5_000;
 
-/// What a part of at least this many triangles is divided into is cut anew, on simpler surfaces,
-/// rather than from where it lies: steps over all of it take long.
+/// The halves of a part of at least this many triangles are cut anew on simpler surfaces. Those of
+/// smaller parts start from the layout of the whole.
 const LARGE: usize = 20_000;
 
-/// What the default bound is above the energy of an isometry.
+/// How far the default bound is above the energy of an isometry.
 const USUAL_EXCESS: f64 = 0.1;
 
-/// A part whose energy is at most this many times as far above 4 as the bound is divided in two:
-/// few charts are enough. What is further away is divided by its shape.
+/// A part is divided in two if its energy is at most this many times as far above 4 as the bound:
+/// few charts are enough then. Other parts are divided by their shape.
 const NEAR: f64 = 5.0;
 
-/// Smaller parts are not divided in two, but by their shape: that is quicker.
+/// Parts of fewer triangles are divided by their shape, never in two: that is quicker.
 const FEW: usize = 100;
 
-/// Newton steps that a part may take to come within the bound where those of its component are
-/// used up: few, since a layout to go on from is there.
+/// Newton steps that a part gets when its share of the budget is smaller: few, since it has a layout
+/// to start from.
 const RESERVE: u64 = 100;
 
-/// A part with at least this many holes and handles, and fewer triangles for each than `FINE`, is a
-/// web: the search for cuts takes seconds, and one chart seldom will do.
+/// A part with at least this many holes and handles, and fewer than `FINE` triangles for each, is a
+/// web: the search for cuts takes seconds and seldom ends with one chart.
 const MANY_HOLES: usize = 64;
 const FINE: usize = 64;
 
-/// A part with at least this many holes and handles is divided by its shape at once, whatever it
-/// looks like: the search for as many cuts takes minutes.
+/// A part with at least this many holes and handles is divided by its shape at once: the search for
+/// so many cuts takes minutes.
 const MOST_HOLES: usize = 300;
 
-/// Of what the bound is above 4, the share that flat faces with a little rounding have at most.
+/// A web within this fraction of the way from 4 to the bound consists of flat faces.
 const FLAT: f64 = 0.1;
 
 /// A flat piece of a component.
@@ -68,10 +68,10 @@ pub struct FlatChart {
     pub distortion: Distortion,
 }
 
-/// Cuts a component's mesh into as few charts as it takes and flattens them. Where to cut is looked
-/// for at a `share` of what the bound is above the energy of an isometry. `map` has UVs of its vertices
-/// that say where to cut; `marks` says where to cut and where not to; `watch` sees what is reached on the way and
-/// says whether to go on refining.
+/// Cuts a component's mesh into as few charts as it takes and flattens them. Cuts are made until the
+/// energy is within a `share` of the way from 4 to the bound. `map` has UVs of the vertices, whose
+/// tears say where to cut; `marks` has the edges to cut and to avoid; `watch` is told the progress so
+/// far and says whether to go on refining.
 ///
 /// A part that has no valid layout in one piece is divided, down to single triangles if it must
 /// be. So is one whose energy stays above the bound, unless that takes too many charts or cuts

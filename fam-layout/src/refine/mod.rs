@@ -34,42 +34,41 @@ use tidy::straightened;
 /// Rounds of cuts at most.
 const ROUNDS: usize = 60;
 
-/// Newton steps over all triangles that there may be at the usual bound: some 12 ms each for ten
-/// thousand. With more than twice as many, seams come out no shorter; with two thirds, some of
-/// them longer.
+/// Most Newton steps over all triangles at the usual bound; one takes some 12 ms for ten thousand
+/// triangles. Twice as many make no seam shorter; two thirds make some longer.
 pub const MOST_STEPS: u64 = 300;
 
-/// The share of them in which it is looked for where to cut.
+/// Fraction of the Newton steps spent searching for cuts.
 const SHARE_OF_SEARCH: f64 = 0.5;
 
-/// The share of them after which the cut is not gone over again.
+/// Fraction of the Newton steps after which no new cycle begins.
 const SHARE_OF_STEPS: f64 = 0.6;
 
-/// The share of what is left of them in which it is looked for where a part would overlap itself.
+/// Fraction of the remaining Newton steps spent finding self-overlaps.
 const SHARE_OF_FREEDOM: f64 = 0.3;
 
-/// Above this energy a first layout leads nowhere: some parts of it are thousands of times
-/// smaller than others, and no number of steps evens that out.
+/// A first layout above this energy is given up: some of its triangles are thousands of times
+/// smaller than others, and Newton steps do not even that out.
 const HOPELESS: f64 = 1e4;
 
-/// A vertex farther from the cut than this lies on a limb that is to be cut, in units of the
-/// square root of the area: a quarter of the radius of a disk of that area.
+/// A vertex farther from the cut than this lies on a limb that needs a cut. In units of the square
+/// root of the area: a quarter of the radius of a disk of that area.
 const LIMB: f64 = 0.15;
 
-/// How many limbs are cut at most.
+/// Most limbs that are cut.
 const MOST_LIMBS: usize = 100;
 
-/// How often the cut is straightened and gone over.
+/// Most cycles of straightening, cutting further and shortening.
 const CYCLES: usize = 3;
 
 /// The decrease of the energy per length (in units of the square root of the area) that a cut
 /// must bring at a seam weight of 1, as a multiple of what the bound is above 4.
 const WORTH: f64 = 0.1;
 
-/// The share of its cost by which a cut must get shorter to be gone over again.
+/// Relative decrease of the cut's cost below which no further cycle begins.
 const LEAST_GAIN: f64 = 0.003;
 
-/// A start.
+/// The solve of a first layout.
 const START: Effort = Effort {
     iterations: 60,
     decrease: 1e-3,
@@ -81,8 +80,8 @@ const LAST: Effort = Effort {
     decrease: 1e-6,
 };
 
-/// How often sizes are adapted so that angles can be better, and the solve between: a few steps,
-/// since the sizes of a layout on the way are better already.
+/// Rounds that trade areas for angles, and the solve in each: a few steps, since the next round
+/// starts from better sizes.
 const ANGLE_ROUNDS: usize = 12;
 const ANGLES: Effort = Effort {
     iterations: 3,
@@ -119,10 +118,10 @@ pub enum Start<'a> {
 }
 
 /// Cuts a patch and lays it out without flipped triangles and overlaps. `cost` is that of a
-/// cut along every half-edge while it is looked for; the seams that are found are straightened
+/// cut along every half-edge during the search; the seams that are found are straightened
 /// by their length and by creases. Forbidden edges of the patch are cut where there is no other
 /// way. `budget` is how many Newton steps there may be, each times the triangles it is over;
-/// what is used up is taken off. `watch` sees what is reached on the way; after it says no, what
+/// what is used up is taken off. `watch` is told the progress so far; after it says no, what
 /// there is is brought to a valid end.
 ///
 /// # Errors
@@ -201,7 +200,7 @@ pub fn without_regard_to_overlaps(
     layout
 }
 
-/// Is told energy and seam length on the way and says whether to go on.
+/// Is told energy and seam length so far and says whether to go on.
 type Report<'a> = dyn Fn(f64, f64) -> bool + Sync + 'a;
 
 fn found(
