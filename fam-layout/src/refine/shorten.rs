@@ -76,16 +76,19 @@ pub fn shortened(
             break;
         }
     }
-    if !is_relaxed {
-        relax(problem, &mut layout);
+    if is_relaxed {
+        layout
+    } else {
+        relaxed(problem, layout, bound)
     }
-    layout
 }
 
-/// Relaxes all of a layout; what it was stays if that is not possible.
-fn relax(problem: &Problem, layout: &mut Layout) {
-    if problem.relax(layout, AFTER).is_err() {
-        problem.measure(layout);
+/// A layout with all of it relaxed; as it was if that fails or ends above the bound.
+fn relaxed(problem: &Problem, layout: Layout, bound: f64) -> Layout {
+    let mut relaxed = layout.clone();
+    match problem.relax(&mut relaxed, AFTER) {
+        Ok(()) if relaxed.suits(bound) => relaxed,
+        Ok(()) | Err(_) => layout,
     }
 }
 
@@ -173,14 +176,14 @@ fn round(
         known.rate = None;
         chosen.push(i);
     }
-    let mut shorter = layout.clone();
     if chosen.is_empty() && !is_relaxed {
-        relax(problem, &mut shorter);
-        return Round::Shorter(Box::new(shorter), true);
+        let relaxed = relaxed(problem, layout.clone(), bound);
+        return Round::Shorter(Box::new(relaxed), true);
     }
     if chosen.is_empty() {
         return if again { Round::Again } else { Round::Done };
     }
+    let mut shorter = layout.clone();
     for &i in &chosen {
         if let Some(closed) = closed(problem, &shorter, tips[i]) {
             shorter = closed;
