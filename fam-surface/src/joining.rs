@@ -5,10 +5,9 @@
 //! are open then are joined by position, by the same rule, as in a mesh whose vertices were split
 //! for hard edges or texture seams.
 //!
-//! The corners around a vertex that are joined across edges are a fan, and become one vertex. So a
-//! pair stays apart where a third side would then lie between the same two fans: the surface would
-//! come back to one of its own edges, and its triangles could not tell with which of the others
-//! they are joined.
+//! The corners around a vertex that are joined across edges are a fan, and become one vertex. An edge
+//! of a component has at most two sides. So a pair stays apart where joining it would put three sides
+//! of an edge between the same two fans: the surface would come back to one of its own edges.
 
 use rayon::prelude::*;
 
@@ -18,6 +17,14 @@ use super::vector::{dot, normalize, scale, sub};
 /// Sides of one edge that are paired at most. More are no surface, and there are about half the
 /// square of their number of pairs to choose from.
 const MOST_SIDES: usize = 32;
+
+/// Pairs that are considered for each side of an edge, the best ones. An edge of four sides has no
+/// more.
+const MOST_PAIRS: usize = 3;
+
+/// Corners of the largest fan that a choice of pairs may make. Each choice walks around the fan, so
+/// without a limit a hub of many fins would take the square of their number.
+const MOST_CORNERS: usize = 2_000;
 
 /// The cosine of the angle between two triangles that lie on each other, in millionths: above it
 /// the angle is less than about a tenth of a degree. They are two sheets, so that a choice of
@@ -84,7 +91,7 @@ impl Topology<'_> {
                 }
             }
         }
-        self.join_best(&mut joined, pairs);
+        self.join_best(&mut joined, pairs, &kept);
         joined
     }
 
@@ -100,50 +107,80 @@ impl Topology<'_> {
             }
             pairs.extend(self.pairs(edge));
         }
-        self.join_best(&mut joined, pairs);
+        self.join_best(&mut joined, pairs, &kept);
         joined.non_manifold_edges.sort_unstable();
         joined.non_manifold_edges.dedup();
         joined
     }
 
     /// Joins pairs, the best first, each side once, where the surface stays a manifold.
-    fn join_best(&self, joined: &mut Joined, mut pairs: Vec<Pair>) {
+    fn join_best(
+        &self,
+        joined: &mut Joined,
+        mut pairs: Vec<Pair>,
+        kept: impl Fn(usize) -> bool + Sync,
+    ) {
+        if pairs.is_empty() {
+            return;
+        }
+        let is_branched = self.branched(kept);
+        let vertex = |corner: u32| ends(self.welded, corner)[0] as usize;
         pairs.par_sort_unstable();
         for Pair { sides: [a, b], .. } in pairs {
             if [a, b].iter().any(|&h| joined.across[h as usize] != NONE) {
                 continue;
             }
             joined.join(a, b);
-            if self.is_crowded(joined, a) || self.is_crowded(joined, next(a)) {
+            let mut corners = [a, next(a)].into_iter().filter(|&c| is_branched[vertex(c)]);
+            if corners.any(|corner| self.is_crowded(joined, corner)) {
                 joined.part(a);
             }
         }
     }
 
-    /// Whether three sides of an edge lie between the fan of a corner and one other fan.
+    /// For every welded vertex, whether an edge of three or more sides ends there.
+    fn branched(&self, kept: impl Fn(usize) -> bool + Sync) -> Vec<bool> {
+        let mut is_branched = vec![false; self.positions.len()];
+        let sides = self.sides(self.welded, |h| kept(h as usize / 3));
+        for edge in edges(&sides).filter(|edge| edge.len() > 2) {
+            for v in edge[0].1 {
+                is_branched[v as usize] = true;
+            }
+        }
+        is_branched
+    }
+
+    /// Whether three sides of an edge lie between the fan of a corner and one other fan, or a fan is
+    /// too large to tell.
     fn is_crowded(&self, joined: &Joined, corner: u32) -> bool {
+        let Some(fan) = self.fan(joined, corner) else {
+            return true;
+        };
         // Every side of the fan, by the vertex at its far end, with the corner there.
-        let mut spokes: Vec<(u32, u32)> = self
-            .fan(joined, corner)
+        let mut spokes: Vec<(u32, u32)> = fan
             .into_iter()
             .flat_map(|c| [next(c), previous(c)])
             .map(|far| (ends(self.welded, far)[0], far))
             .collect();
         spokes.sort_unstable();
-        let mut crowded = spokes.chunk_by(|a, b| a.0 == b.0);
-        crowded.any(|sides| {
-            if sides.len() < 3 {
-                return false;
-            }
-            let lowest = |&(_, far): &(u32, u32)| self.fan(joined, far).into_iter().min();
-            let mut fans: Vec<Option<u32>> = sides.iter().map(lowest).collect();
+        let mut edges = spokes.chunk_by(|a, b| a.0 == b.0);
+        edges.any(|sides| sides.len() > 2 && self.has_three_alike(joined, sides))
+    }
+
+    /// Whether three of the corners at the far ends of sides are in one fan, or a fan is too large to
+    /// tell.
+    fn has_three_alike(&self, joined: &Joined, sides: &[(u32, u32)]) -> bool {
+        let lowest = |&(_, far): &(u32, u32)| self.fan(joined, far)?.into_iter().min();
+        let fans: Option<Vec<u32>> = sides.iter().map(lowest).collect();
+        fans.is_none_or(|mut fans| {
             fans.sort_unstable();
             fans.chunk_by(|a, b| a == b).any(|same| same.len() > 2)
         })
     }
 
-    /// The corners that are joined with one around its vertex, this one first.
-    fn fan(&self, joined: &Joined, corner: u32) -> Vec<u32> {
+    /// The corners that are joined with one around its vertex, this one first; none if there are more
+    /// than [`MOST_CORNERS`].
+    fn fan(&self, joined: &Joined, corner: u32) -> Option<Vec<u32>> {
         let start = |h: u32| ends(self.welded, h)[0];
         let mut corners = vec![corner];
         for first in [corner, previous(corner)] {
@@ -158,13 +195,16 @@ impl Topology<'_> {
                     next(other)
                 };
                 if at == corner {
-                    return corners;
+                    return Some(corners);
+                }
+                if corners.len() == MOST_CORNERS {
+                    return None;
                 }
                 corners.push(at);
                 side = if other == at { previous(at) } else { at };
             }
         }
-        corners
+        Some(corners)
     }
 
     /// The half-edges of `triangles` (own or welded) for which `which` holds, sorted by edge.
@@ -181,7 +221,8 @@ impl Topology<'_> {
         sides
     }
 
-    /// The pairs of sides of one edge that may be joined: all but triangles that lie on each other.
+    /// The pairs of sides of one edge that may be joined, the best of each side: none of triangles
+    /// that lie on each other.
     fn pairs(&self, edge: &[Side]) -> Vec<Pair> {
         let mut pairs = Vec::new();
         if edge.len() > MOST_SIDES {
@@ -201,6 +242,15 @@ impl Topology<'_> {
                 }
             }
         }
+        pairs.sort_unstable();
+        let mut counts = vec![0; edge.len()];
+        let place = |h: u32| edge.partition_point(|side| side.2 < h);
+        pairs.retain(|pair| {
+            let places = pair.sides.map(place);
+            let is_best = places.iter().any(|&i| counts[i] < MOST_PAIRS);
+            places.iter().for_each(|&i| counts[i] += 1);
+            is_best
+        });
         pairs
     }
 
@@ -225,7 +275,7 @@ impl Joined {
     }
 
     /// Takes a half-edge and its neighbour apart.
-    pub fn part(&mut self, h: u32) {
+    fn part(&mut self, h: u32) {
         let other = std::mem::replace(&mut self.across[h as usize], NONE);
         if other != NONE {
             self.across[other as usize] = NONE;

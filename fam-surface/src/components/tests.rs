@@ -34,9 +34,7 @@ fn a_manifold_mesh_is_its_only_component() {
 #[test]
 fn a_mesh_split_at_every_corner_hangs_together_again() {
     let torus = shapes::torus(1.0, 0.4, 12, 8);
-    let soup = (0..torus.triangles().len()).flat_map(|t| torus.corners(t));
-    let triangles = (0..torus.triangles().len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
-    let soup = mesh(&soup.collect::<Vec<_>>(), &triangles.collect::<Vec<_>>());
+    let soup = soup(&torus);
     let found = components(&soup);
     assert_eq!(found.list.len(), 1);
     assert_eq!(
@@ -62,8 +60,7 @@ fn the_flattest_pair_of_three_triangles_stays_joined() {
     assert_eq!(found.cuts(&fins, false), [[0, 1]]);
     assert_eq!(found.list[0].mesh.positions().len(), 4);
     // The same from triangles that share no vertex of the file.
-    let soup: Vec<_> = (0..3).flat_map(|t| fins.corners(t)).collect();
-    let soup = mesh(&soup, &[[0, 1, 2], [3, 4, 5], [6, 7, 8]]);
+    let soup = soup(&fins);
     let found = components(&soup);
     assert_eq!(found.of_triangle, [Some(0), Some(1), Some(0)]);
     assert_eq!(found.cuts(&soup, false), [[0, 1]]);
@@ -135,17 +132,27 @@ fn foam(cells: u32) -> TriangleMesh {
     mesh(&(0..side.pow(3)).map(place).collect::<Vec<_>>(), &triangles)
 }
 
-/// Where all sides are taken apart at once at which the surface comes back to its own edge, there are 3.
+/// A mesh whose triangles share no vertex of the file.
+fn soup(mesh: &TriangleMesh) -> TriangleMesh {
+    let count = mesh.triangles().len() as u32;
+    let positions = (0..count as usize).flat_map(|t| mesh.corners(t));
+    let triangles = (0..count).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
+    self::mesh(
+        &positions.collect::<Vec<_>>(),
+        &triangles.collect::<Vec<_>>(),
+    )
+}
+
+/// Taking apart all sides at once at an edge that the surface comes back to would leave three parts.
 #[test]
 fn foam_is_one_manifold() {
     let foam = foam(3);
-    let found = components(&foam);
-    assert!(found.conditioning.non_manifold_edges > 50);
-    assert_eq!(found.list.len(), 1);
-    let count: usize = sizes(&found).iter().sum();
-    assert_eq!(count, foam.triangles().len());
-    for component in &found.list {
-        let triangles = component.mesh.triangles();
+    for foam in [soup(&foam), foam] {
+        let found = components(&foam);
+        assert!(found.conditioning.non_manifold_edges > 50);
+        assert_eq!(found.list.len(), 1);
+        assert_eq!(sizes(&found), [foam.triangles().len()]);
+        let triangles = found.list[0].mesh.triangles();
         let mut edges: Vec<[u32; 2]> = triangles
             .iter()
             .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
@@ -153,6 +160,34 @@ fn foam_is_one_manifold() {
             .collect();
         edges.sort_unstable();
         assert!(edges.chunk_by(|a, b| a == b).all(|sides| sides.len() <= 2));
+    }
+}
+
+/// A disc of so many sectors; every `every`-th spoke bears a fin.
+fn hub(sectors: u32, every: u32) -> TriangleMesh {
+    let angle = |i: u32| std::f64::consts::TAU * f64::from(i) / f64::from(sectors);
+    let mut positions = vec![[0.0; 3]];
+    let rim = (0..sectors).map(|i| [angle(i).cos(), angle(i).sin(), 0.0]);
+    positions.extend(rim);
+    let mut triangles: Vec<[u32; 3]> = (0..sectors)
+        .map(|i| [0, 1 + i, 1 + (i + 1) % sectors])
+        .collect();
+    for i in (0..sectors).step_by(every as usize) {
+        positions.push([angle(i).cos(), angle(i).sin(), 1.0]);
+        triangles.push([0, 1 + i, positions.len() as u32 - 1]);
+    }
+    mesh(&positions, &triangles)
+}
+
+/// Walking around the hub once for every spoke would take minutes.
+#[test]
+fn a_hub_of_many_triangles_is_soon_joined() {
+    let disc = hub(200_000, 200_000);
+    assert_eq!(sizes(&components(&disc)), [200_000, 1]);
+    let finned = hub(60_000, 1);
+    let count = |found: &Components| sizes(found).iter().sum::<usize>();
+    for finned in [soup(&finned), finned] {
+        assert_eq!(count(&components(&finned)), 120_000);
     }
 }
 
