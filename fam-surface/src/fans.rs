@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::joining::{Joined, Topology};
-use super::orientation::{NONE, ends, next};
+use super::orientation::NONE;
 use super::sets::Sets;
 
 /// Which triangles, and which of their corners, hang together: the corners around a vertex that
@@ -25,13 +25,9 @@ impl Fans {
                 continue;
             }
             fans.triangles.join(h / 3, other / 3);
-            let start = |h| ends(topology.welded, h)[0];
-            let (near, far) = match start(h) == start(other) {
-                true => (other, next(other)),
-                false => (next(other), other),
-            };
-            fans.corners.join(h, near);
-            fans.corners.join(next(h), far);
+            for [one, beyond] in topology.meeting(h, other) {
+                fans.corners.join(one, beyond);
+            }
         }
         fans.triangles.settle();
         fans.corners.settle();

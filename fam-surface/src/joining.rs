@@ -5,13 +5,13 @@
 //! are open then are joined by position, by the same rule, as in a mesh whose vertices were split
 //! for hard edges or texture seams.
 //!
-//! The corners around a vertex that are joined across edges are a fan, and become one vertex. An edge
-//! of a component has at most two sides. So a pair stays apart where joining it would put three sides
-//! of an edge between the same two fans: the surface would come back to one of its own edges.
+//! The corners around a vertex that are joined across edges are a fan, and become one vertex. A pair
+//! stays apart where an edge would have three sides between the same two fans then (`crowding`).
 
 use rayon::prelude::*;
 
-use super::orientation::{NONE, ends, next, previous};
+use super::crowding::Crowding;
+use super::orientation::{NONE, ends, next};
 use super::vector::{dot, normalize, scale, sub};
 
 /// Sides of one edge that are paired at most. More are no surface, and there are about half the
@@ -21,10 +21,6 @@ const MOST_SIDES: usize = 32;
 /// Pairs that are considered for each side of an edge, the best ones. An edge of four sides has no
 /// more.
 const MOST_PAIRS: usize = 3;
-
-/// Corners of the largest fan that a choice of pairs may make. Each choice walks around the fan, so
-/// without a limit a hub of many fins would take the square of their number.
-const MOST_CORNERS: usize = 2_000;
 
 /// The cosine of the angle between two triangles that lie on each other, in millionths: above it
 /// the angle is less than about a tenth of a degree. They are two sheets, so that a choice of
@@ -120,91 +116,42 @@ impl Topology<'_> {
         mut pairs: Vec<Pair>,
         kept: impl Fn(usize) -> bool + Sync,
     ) {
-        if pairs.is_empty() {
-            return;
-        }
-        let is_branched = self.branched(kept);
-        let vertex = |corner: u32| ends(self.welded, corner)[0] as usize;
         pairs.par_sort_unstable();
-        for Pair { sides: [a, b], .. } in pairs {
-            if [a, b].iter().any(|&h| joined.across[h as usize] != NONE) {
-                continue;
-            }
-            joined.join(a, b);
-            let mut corners = [a, next(a)].into_iter().filter(|&c| is_branched[vertex(c)]);
-            if corners.any(|corner| self.is_crowded(joined, corner)) {
-                joined.part(a);
-            }
-        }
-    }
-
-    /// For every welded vertex, whether an edge of three or more sides ends there.
-    fn branched(&self, kept: impl Fn(usize) -> bool + Sync) -> Vec<bool> {
-        let mut is_branched = vec![false; self.positions.len()];
-        let sides = self.sides(self.welded, |h| kept(h as usize / 3));
-        for edge in edges(&sides).filter(|edge| edge.len() > 2) {
-            for v in edge[0].1 {
-                is_branched[v as usize] = true;
-            }
-        }
-        is_branched
-    }
-
-    /// Whether three sides of an edge lie between the fan of a corner and one other fan, or a fan is
-    /// too large to tell.
-    fn is_crowded(&self, joined: &Joined, corner: u32) -> bool {
-        let Some(fan) = self.fan(joined, corner) else {
-            return true;
+        let mut crowding = match pairs.is_empty() {
+            true => None,
+            false => self.crowding(joined, kept),
         };
-        // Every side of the fan, by the vertex at its far end, with the corner there.
-        let mut spokes: Vec<(u32, u32)> = fan
-            .into_iter()
-            .flat_map(|c| [next(c), previous(c)])
-            .map(|far| (ends(self.welded, far)[0], far))
-            .collect();
-        spokes.sort_unstable();
-        let mut edges = spokes.chunk_by(|a, b| a.0 == b.0);
-        edges.any(|sides| sides.len() > 2 && self.has_three_alike(joined, sides))
-    }
-
-    /// Whether three of the corners at the far ends of sides are in one fan, or a fan is too large to
-    /// tell.
-    fn has_three_alike(&self, joined: &Joined, sides: &[(u32, u32)]) -> bool {
-        let lowest = |&(_, far): &(u32, u32)| self.fan(joined, far)?.into_iter().min();
-        let fans: Option<Vec<u32>> = sides.iter().map(lowest).collect();
-        fans.is_none_or(|mut fans| {
-            fans.sort_unstable();
-            fans.chunk_by(|a, b| a == b).any(|same| same.len() > 2)
-        })
-    }
-
-    /// The corners that are joined with one around its vertex, this one first; none if there are more
-    /// than [`MOST_CORNERS`].
-    fn fan(&self, joined: &Joined, corner: u32) -> Option<Vec<u32>> {
-        let start = |h: u32| ends(self.welded, h)[0];
-        let mut corners = vec![corner];
-        for first in [corner, previous(corner)] {
-            let (mut at, mut side) = (corner, first);
-            while let other = joined.across[side as usize]
-                && other != NONE
-            {
-                let is_same_way = start(side) == start(other);
-                at = if (side == at) == is_same_way {
-                    other
-                } else {
-                    next(other)
-                };
-                if at == corner {
-                    return Some(corners);
-                }
-                if corners.len() == MOST_CORNERS {
-                    return None;
-                }
-                corners.push(at);
-                side = if other == at { previous(at) } else { at };
+        for Pair { sides: [a, b], .. } in pairs {
+            let is_free = [a, b].iter().all(|&h| joined.across[h as usize] == NONE);
+            if is_free && crowding.as_mut().is_none_or(|crowding| crowding.join(a, b)) {
+                joined.join(a, b);
             }
         }
-        Some(corners)
+    }
+
+    /// What keeps watch over edges of three or more sides; none if there are none.
+    fn crowding(
+        &self,
+        joined: &Joined,
+        kept: impl Fn(usize) -> bool + Sync,
+    ) -> Option<Crowding<'_>> {
+        let sides = self.sides(self.welded, |h| kept(h as usize / 3));
+        let branched: Vec<u32> = edges(&sides)
+            .filter(|edge| edge.len() > 2)
+            .flat_map(|edge| edge.iter().map(|side| side.2))
+            .collect();
+        (!branched.is_empty()).then(|| Crowding::of(self, &branched, &joined.across))
+    }
+
+    /// The corners of two half-edges of one edge that meet at either end of it, those at the start of
+    /// the first one first.
+    pub fn meeting(&self, a: u32, b: u32) -> [[u32; 2]; 2] {
+        let start = |h| ends(self.welded, h)[0];
+        let [near, far] = match start(a) == start(b) {
+            true => [b, next(b)],
+            false => [next(b), b],
+        };
+        [[a, near], [next(a), far]]
     }
 
     /// The half-edges of `triangles` (own or welded) for which `which` holds, sorted by edge.
@@ -272,14 +219,6 @@ impl Joined {
     fn join(&mut self, a: u32, b: u32) {
         self.across[a as usize] = b;
         self.across[b as usize] = a;
-    }
-
-    /// Takes a half-edge and its neighbour apart.
-    fn part(&mut self, h: u32) {
-        let other = std::mem::replace(&mut self.across[h as usize], NONE);
-        if other != NONE {
-            self.across[other as usize] = NONE;
-        }
     }
 }
 

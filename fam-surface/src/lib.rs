@@ -12,6 +12,7 @@
 //! (see [`Normalization`]). Indices are zero-based.
 
 mod components;
+mod crowding;
 pub mod degenerate;
 mod edges;
 mod fans;

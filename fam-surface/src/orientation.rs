@@ -18,11 +18,6 @@ pub fn next(h: u32) -> u32 {
     h - h % 3 + (h + 1) % 3
 }
 
-/// The half-edge, or corner, before.
-pub fn previous(h: u32) -> u32 {
-    h - h % 3 + (h + 2) % 3
-}
-
 /// For every half-edge the other one between the same vertices, in either direction; [`NONE`] where it
 /// is alone or one of several. Triangles that have a vertex twice are left out.
 pub fn across(triangles: &[[u32; 3]]) -> Vec<u32> {

@@ -19,8 +19,8 @@ impl Sets {
         self.parents[a.max(b) as usize] = a.min(b);
     }
 
-    /// Searches, and halves the path for later searches.
-    fn root(&mut self, mut of: u32) -> u32 {
+    /// The root of a number. Halves the path to it for later searches.
+    pub fn root(&mut self, mut of: u32) -> u32 {
         while self.parents[of as usize] != of {
             let parent = self.parents[of as usize];
             self.parents[of as usize] = self.parents[parent as usize];
