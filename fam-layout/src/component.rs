@@ -34,14 +34,16 @@ const LARGE: usize = 20_000;
 const USUAL_EXCESS: f64 = 0.1;
 
 /// A part is divided in two if its energy is at most this many times as far above 4 as the bound:
-/// few charts are enough then. Other parts are divided by their shape.
+/// few charts are enough then. Other parts are divided by their shape, unless the number of charts is
+/// bounded.
 const NEAR: f64 = 5.0;
 
-/// Parts of fewer triangles are divided by their shape, never in two: that is quicker.
+/// Parts of fewer triangles are divided by their shape, unless the number of charts is bounded: that
+/// is quicker.
 const FEW: usize = 100;
 
-/// Newton steps that a part gets when its share of the budget is smaller: few, since it has a layout
-/// to start from.
+/// Newton steps over all its triangles that a part gets at least. Most parts start from a layout, and
+/// need few.
 const RESERVE: u64 = 100;
 
 /// A part with at least this many holes and handles, and fewer than `FINE` triangles for each, is a
@@ -53,7 +55,8 @@ const FINE: usize = 64;
 /// so many cuts takes minutes.
 const MOST_HOLES: usize = 300;
 
-/// A web within this fraction of the way from 4 to the bound consists of flat faces.
+/// A web consists of flat faces if its charts by shape have an energy within this fraction of the way
+/// from 4 to the bound.
 const FLAT: f64 = 0.1;
 
 /// A flat piece of a component.
@@ -103,9 +106,11 @@ pub fn flat_charts(
         max_charts: config.max_charts,
         watch,
     };
-    let budget = steps * (mesh.triangles().len() as u64).max(SMALL);
     let most = config.max_charts.unwrap_or(usize::MAX);
-    component.divided(opened(mesh, marks), most, budget)
+    let parts = opened(mesh, marks);
+    let budget = |part: &Part| steps * (part.triangles.len() as u64).max(SMALL);
+    let budgets = parts.iter().map(budget).collect();
+    component.divided(parts, most, budgets)
 }
 
 /// A component that is being flattened.
@@ -124,8 +129,8 @@ struct Component<'a, 'w> {
 
 impl Component<'_, '_> {
     /// The charts of a part: `most` of them at most, unless it takes more to be valid. There is a
-    /// `budget` of Newton steps, see [`refined`].
-    fn charts(&self, part: &Part, most: usize, mut budget: u64) -> Vec<FlatChart> {
+    /// `budget` of Newton steps, see [`refined`], from which those that are taken are subtracted.
+    fn charts(&self, part: &Part, most: usize, budget: &mut u64) -> Vec<FlatChart> {
         let patch = self.marks.patch(part);
         let several = part.triangles.len() > 1;
         if let Some(charts) = self.shaped_at_once(part, &patch) {
@@ -138,10 +143,10 @@ impl Component<'_, '_> {
                 .map(scaled)
                 .collect::<Vec<[f64; 2]>>()
         });
-        let layout = self.refined(part, &patch, placed.as_deref(), &mut budget);
+        let layout = self.refined(part, &patch, placed.as_deref(), budget);
         match layout {
             Ok(layout) if layout.uv.iter().flatten().all(|c| c.is_finite()) => {
-                let layout = self.continued(part, &patch, layout, &mut budget);
+                let layout = self.continued(part, &patch, layout, budget);
                 let layout = with_better_angles(&patch, layout, &self.allowed, self.watch);
                 let whole = whole_chart(part, &patch, &layout);
                 let room = several && most > 1 && self.watch.goes_on();
@@ -159,7 +164,7 @@ impl Component<'_, '_> {
             Ok(_) | Err(_) if several => {
                 let is_free = self.max_charts.is_none();
                 let shaped = is_free.then(|| self.shaped(part, &patch)).flatten();
-                shaped.unwrap_or_else(|| self.divided(halves(part, &split(&patch)), most, budget))
+                shaped.unwrap_or_else(|| self.shared(halves(part, &split(&patch)), most, budget))
             }
             Ok(_) | Err(_) => vec![lone_triangle(part, &patch)],
         }
@@ -218,14 +223,14 @@ impl Component<'_, '_> {
         patch: &Patch,
         layout: Layout,
         most: usize,
-        budget: u64,
+        budget: &mut u64,
     ) -> Option<Vec<FlatChart>> {
         let is_bounded = self.max_charts.is_some();
         if is_bounded || (self.is_near(&layout) && part.triangles.len() >= FEW) {
-            let mut budget = budget.max(reserve(part));
-            let (parts, is_allowed) = self.division(part, patch, layout, &mut budget);
+            *budget = reserve(part).max(*budget);
+            let (parts, is_allowed) = self.division(part, patch, layout, budget);
             if is_allowed {
-                return Some(self.divided(parts, most, budget));
+                return Some(self.shared(parts, most, budget));
             }
         }
         self.shaped(part, patch)
@@ -239,24 +244,32 @@ impl Component<'_, '_> {
         Some(pieces.iter().map(of_piece).collect())
     }
 
-    /// The charts of parts, which share a budget by their sizes.
-    fn divided(&self, parts: Vec<Part>, most: usize, budget: u64) -> Vec<FlatChart> {
-        let sizes: Vec<usize> = parts.iter().map(|part| part.triangles.len()).collect();
-        let all = sizes.iter().sum::<usize>() as u128;
-        let share = |i: usize| (u128::from(budget) * sizes[i] as u128 / all) as u64;
-        let charts = |i: usize, most: usize| {
-            let part = &parts[i];
-            self.charts(part, most, share(i).max(reserve(part)))
-        };
+    /// The charts of the halves of a part, which share its budget by their sizes. It is used up then.
+    fn shared(&self, parts: Vec<Part>, most: usize, budget: &mut u64) -> Vec<FlatChart> {
+        let size = |part: &Part| part.triangles.len() as u128;
+        let all: u128 = parts.iter().map(size).sum();
+        let whole = u128::from(std::mem::take(budget));
+        let share = |part: &Part| ((whole * size(part) / all.max(1)) as u64).max(reserve(part));
+        let budgets = parts.iter().map(share).collect();
+        self.divided(parts, most, budgets)
+    }
+
+    /// The charts of parts, each with a budget. Where the number of charts is bounded, they are laid
+    /// out one after the other, and each leaves its successor what it has not spent.
+    fn divided(&self, parts: Vec<Part>, most: usize, mut budgets: Vec<u64>) -> Vec<FlatChart> {
         if self.max_charts.is_none() {
-            let all = largest_first(&sizes, |i| charts(i, most));
+            let sizes: Vec<usize> = parts.iter().map(|part| part.triangles.len()).collect();
+            let charts = |i: usize| self.charts(&parts[i], most, &mut budgets[i].clone());
+            let all = largest_first(&sizes, charts);
             return all.into_iter().flatten().collect();
         }
-        let mut found = Vec::new();
-        for i in 0..parts.len() {
+        let (mut found, mut unspent) = (Vec::new(), 0);
+        for (i, (part, budget)) in parts.iter().zip(&mut budgets).enumerate() {
             let left = parts.len() - i - 1;
             let most = most.saturating_sub(found.len() + left).max(1);
-            found.extend(charts(i, most));
+            *budget += unspent;
+            found.extend(self.charts(part, most, budget));
+            unspent = *budget;
         }
         found
     }
@@ -349,7 +362,7 @@ fn is_forbidden(patch: &Patch, cut: &Cut, beyond: &[bool]) -> bool {
         .any(|h| patch.forbidden[h as usize] && is_across(h))
 }
 
-/// What a part may take where the effort of its component is used up.
+/// The least budget of a part.
 fn reserve(part: &Part) -> u64 {
     RESERVE * part.triangles.len() as u64
 }

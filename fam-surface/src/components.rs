@@ -16,8 +16,9 @@ use super::{SurfaceError, TriangleMesh, UvMap};
 /// vertices. Sides that these leave open are joined by position, so that a mesh whose vertices
 /// were split (for hard edges or texture seams) hangs together again, while parts that merely
 /// touch stay apart. Where three or more triangles meet at an edge, those pairs are joined that
-/// continue each other best: of one winding before others, then the flattest. Triangles with
-/// different labels are never joined.
+/// continue each other best: of one winding before others, then the flattest. A pair stays apart
+/// where the surface would otherwise come back to one of its own edges. Triangles with different labels
+/// are never joined.
 ///
 /// Triangles that repeat an earlier one ([`Duplicates`]), and those with two corners at one
 /// position, are in no component's mesh. The first belong to the component of the

@@ -155,10 +155,7 @@ impl Report {
         let found = self.conditioning?;
         let all = [
             (found.welded_vertices, "coinciding vertices taken for one"),
-            (
-                found.non_manifold_edges,
-                "non-manifold edges joined in pairs",
-            ),
+            (found.non_manifold_edges, "non-manifold edges"),
             (found.non_manifold_vertices, "non-manifold vertices split"),
             (found.duplicate_triangles, "repeated triangles"),
             (found.zero_area_triangles, "triangles without area"),

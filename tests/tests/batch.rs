@@ -312,7 +312,7 @@ fn what_is_wrong_with_a_mesh_is_said_and_counted() {
                 v 0 -1 0\nf 1 2 3\nf 1 2 4\nf 1 2 5\nf 3 1 2\nf 1 2 7\nf 2 8 4\nf 1 2 9\n";
     fs::write(folder.path().join("messy.obj"), text).unwrap();
     let run = succeeds(folder.path(), &brief(&["messy.obj"]));
-    let expected = "1 coinciding vertices taken for one, 1 non-manifold edges joined in pairs, \
+    let expected = "1 coinciding vertices taken for one, 1 non-manifold edges, \
                     1 repeated triangles, 1 triangles without area, 1 vertices in no face";
     assert!(
         run.stderr.lines().any(|line| line == expected),

@@ -31,7 +31,7 @@ struct Outcome {
 /// What a mesh is laid out with; the map, if any, is `map(position)` at every vertex.
 struct Task<'a> {
     config: LayoutConfig,
-    map: Option<&'a dyn Fn([f64; 3]) -> [f32; 2]>,
+    map: Option<&'a (dyn Fn([f64; 3]) -> [f32; 2] + Sync)>,
     labels: &'a [u32],
     squares: &'a [u32],
     wanted: &'a [[u32; 2]],

@@ -156,7 +156,7 @@ fn a_speck_beside_a_world() {
 fn nonsense_from_the_network_does_no_harm() {
     let huge = |p: [f64; 3]| p.map(|c| c as f32 * 1e38);
     let noise = |p: [f64; 3]| [0, 1].map(|k| (1e4 * (p[k] + 0.3 * p[2])).sin() as f32);
-    let raws: [&dyn Fn([f64; 3]) -> [f32; 2]; 4] =
+    let raws: [&(dyn Fn([f64; 3]) -> [f32; 2] + Sync); 4] =
         [&|_| [0.0; 2], &|p| [huge(p)[0], huge(p)[1]], &noise, &|p| {
             [if p[0] > 0.0 { f32::MAX } else { f32::MIN }, 0.0]
         }];
@@ -274,13 +274,39 @@ fn the_number_of_threads_makes_no_difference() {
         parts.extend([sphere, sheet]);
     }
     let mesh = together(&parts);
+    assert_is_independent_of_threads(&Task::default(), &mesh);
+}
+
+fn assert_is_independent_of_threads(task: &Task, mesh: &TriangleMesh) -> usize {
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.unwrap().install(|| Task::default().run(&mesh).atlas)
+        pool.unwrap().install(|| task.run(mesh))
     };
     let alone = on(1);
-    assert!(alone == on(2));
-    assert!(alone == on(8));
+    assert!(alone.atlas == on(2).atlas);
+    assert!(alone.atlas == on(8).atlas);
+    alone.charts()
+}
+
+/// What a component is divided into is laid out at once.
+#[test]
+fn the_number_of_threads_makes_no_difference_to_divided_components() {
+    let torus = torus(1.0, 0.5, 36, 18);
+    let positions = torus.positions();
+    let edges = torus
+        .triangles()
+        .iter()
+        .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    let is_across = |edge: &[u32; 2]| edge.iter().all(|&v| positions[v as usize][1].abs() < 1e-9);
+    let across: Vec<[u32; 2]> = edges.filter(is_across).collect();
+    let halved = Task {
+        wanted: &across,
+        ..Task::default()
+    };
+    assert_eq!(assert_is_independent_of_threads(&halved, &torus), 2);
+    let tight = Task::within(4.001);
+    let charts = assert_is_independent_of_threads(&tight, &sphere(8));
+    assert!(charts > 1, "{charts}");
 }
 
 #[test]

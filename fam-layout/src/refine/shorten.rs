@@ -343,3 +343,58 @@ fn sides(problem: &Problem, layout: &Layout, closed: &Layout, tip: &[u32]) -> Ve
         .map(|group| group.iter().map(|pair| pair.1).collect())
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::START;
+    use super::*;
+    use crate::cut::disk::cut_to_disk;
+    use crate::cut::paths::cheapest_path;
+    use crate::patch::Patch;
+    use fam_surface::shapes;
+
+    /// With room to the bound, what is closed is not relaxed as a whole until the end.
+    #[test]
+    fn a_large_layout_is_shortened_within_the_bound() {
+        let patch = Patch::of(&shapes::torus(1.0, 0.4, 120, 60));
+        assert!(patch.areas.len() >= MANY);
+        let goes_on = || true;
+        let mut problem = Problem::new(&patch, patch.lengths.clone(), &goes_on);
+        problem.injective = true;
+        let topology = &patch.topology;
+        let mut cut = cut_to_disk(topology, &patch.lengths, &[]);
+        let is_on_cut = |v: u32| {
+            let mut all = 0..topology.half_edges();
+            all.any(|h| cut.contains(h) && topology.origin(h) == v)
+        };
+        // A branch that does not pay.
+        let far = (0..topology.vertices() as u32)
+            .find(|&v| !is_on_cut(v))
+            .unwrap();
+        let path = cheapest_path(topology, &patch.lengths, &[far], is_on_cut).unwrap();
+        cut.add(topology, &path);
+        let layout = problem.flattened(cut, START).unwrap();
+        let before = problem.length_of(&layout);
+        let bound = layout.least_bound() + 0.3;
+        let rounds = std::cell::Cell::new(0);
+        let mut proceed = |layout: &Layout| {
+            rounds.set(rounds.get() + 1);
+            assert!(problem.is_valid(layout) && layout.suits(bound));
+            rounds.get() < 6
+        };
+        let shorter = shortened(&problem, layout, bound, &mut proceed);
+        assert!(problem.length_of(&shorter) < before);
+        assert!(problem.is_valid(&shorter) && shorter.suits(bound));
+        let mut again = shorter.clone();
+        problem.measure(&mut again);
+        assert_eq!(again.energy, shorter.energy);
+        // Nothing is left to be gained by relaxing.
+        let _ = problem.relax(&mut again, AFTER);
+        assert!(
+            shorter.energy - again.energy < 1e-3,
+            "{} {}",
+            shorter.energy,
+            again.energy
+        );
+    }
+}

@@ -32,7 +32,8 @@ const MOST_COSINE: f64 = 0.9986;
 const TRIED: usize = 3;
 
 /// The sizes that a chart is tried in beside another. Sides of boxes often come to lie exactly along
-/// other sides, and need a little room.
+/// other sides, and need a little room. The smaller size fits along short borders only: at long ones,
+/// the ends move too far.
 const SIZES: [f64; 2] = [1.0, 0.9];
 
 /// The least share of a common border that must fit.
@@ -326,7 +327,8 @@ impl<'a> Charts<'a> {
         (is_good && self.is_clear(large, small, &placing)).then_some(placing)
     }
 
-    /// The rigid motion that takes the half-edges of a chain to their twins, as well as it can.
+    /// The motion that takes the half-edges of a chain, scaled by `size`, to their twins as well as it
+    /// can.
     fn fitted(
         &self,
         chain: &[(u32, u32)],
