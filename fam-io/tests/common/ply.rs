@@ -1,5 +1,7 @@
 //! PLY files as a reader sees them that is not ours.
 
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
 use std::iter::zip;
 
 use fam_io::Document;
@@ -29,27 +31,60 @@ pub fn check(file: &[u8], document: &Document) {
             return;
         }
     };
-    let mut triangles = Vec::new();
-    let mut uvs = Vec::new();
+    let map: &UvMap = document.uv_map().unwrap();
+    let mut triangles = zip(mesh.triangles(), (0..).map(|t| map.corners(t)));
     for face in &ply.payload["face"] {
         let corners = numbers(&face["vertex_indices"]);
         let of_corners = face.get("texcoord").map(numbers);
-        let uv = |at: usize| {
-            let of_vertex = uv_of(&vertices[corners[at] as usize]);
-            of_vertex.unwrap_or_else(|| {
-                let uvs = of_corners.as_ref().unwrap();
-                [uvs[2 * at] as f32, uvs[2 * at + 1] as f32]
+        let polygon: Vec<Corner> = (0..corners.len())
+            .map(|at| {
+                let of_vertex = uv_of(&vertices[corners[at] as usize]);
+                let uv = of_vertex.unwrap_or_else(|| {
+                    let uvs = of_corners.as_ref().unwrap();
+                    [uvs[2 * at] as f32, uvs[2 * at + 1] as f32]
+                });
+                corner(corners[at] as u32, uv)
             })
-        };
-        for fan in (2..corners.len()).map(|at| [0, at - 1, at]) {
-            triangles.push(fan.map(|at| corners[at] as u32));
-            uvs.push(fan.map(uv));
-        }
+            .collect();
+        let division: Vec<[Corner; 3]> = triangles
+            .by_ref()
+            .take(polygon.len().saturating_sub(2))
+            .map(|(vertices, uvs)| [0, 1, 2].map(|c| corner(vertices[c], uvs[c])))
+            .collect();
+        let whole = if polygon.len() < 3 { &[] } else { &polygon[..] };
+        let divided = division.iter().flat_map(|triangle| sides(triangle));
+        assert_eq!(boundary(divided), boundary(sides(whole)));
     }
-    assert_eq!(mesh.triangles(), triangles);
-    let map: &UvMap = document.uv_map().unwrap();
-    let expected: Vec<_> = (0..triangles.len()).map(|t| map.corners(t)).collect();
-    assert_eq!(uvs, expected);
+    assert_eq!(triangles.next(), None);
+}
+
+/// A vertex with the bits of its UV.
+type Corner = (u32, [u32; 2]);
+
+fn corner(vertex: u32, uv: [f32; 2]) -> Corner {
+    // Zero has two signs.
+    (vertex, uv.map(|c| (c + 0.0).to_bits()))
+}
+
+/// The sides of a polygon, in its direction.
+fn sides(polygon: &[Corner]) -> impl Iterator<Item = [Corner; 2]> {
+    let next = |at: usize| polygon[(at + 1) % polygon.len()];
+    (0..polygon.len()).map(move |at| [polygon[at], next(at)])
+}
+
+/// What is left of sides once those of opposite directions have cancelled. Triangles divide a polygon
+/// if it is the same for both.
+fn boundary(sides: impl Iterator<Item = [Corner; 2]>) -> BTreeMap<[Corner; 2], i32> {
+    let mut counts = BTreeMap::new();
+    for [from, to] in sides {
+        *counts.entry([from.min(to), from.max(to)]).or_default() += match from.cmp(&to) {
+            Ordering::Less => 1,
+            Ordering::Equal => 0,
+            Ordering::Greater => -1,
+        };
+    }
+    counts.retain(|_, count| *count != 0);
+    counts
 }
 
 fn uv_of(vertex: &DefaultElement) -> Option<[f32; 2]> {
