@@ -45,7 +45,7 @@ const AFTER: Effort = Effort {
 
 /// Layouts of at least this many triangles are relaxed as a whole only once the bound is reached.
 /// With fewer, that saves little time, and the seams come out longer; so do those of large surfaces if
-/// the simpler ones of 12,000 triangles are shortened like that.
+/// the simpler ones that stand for them are shortened like that.
 const MANY: usize = 14_000;
 
 /// What is known of a branch, by its first half-edge.
