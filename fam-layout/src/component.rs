@@ -65,7 +65,7 @@ pub struct FlatChart {
     pub uvs: Vec<[f64; 2]>,
     /// Indices into them.
     pub triangles: Vec<[u32; 3]>,
-    /// For every triangle that of the component.
+    /// The component's triangle for every triangle of the chart.
     pub source: Vec<u32>,
     /// How far it is from an isometry.
     pub distortion: Distortion,

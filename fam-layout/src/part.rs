@@ -7,11 +7,12 @@ use fam_surface::TriangleMesh;
 /// A part of the component that is still to be flattened.
 pub struct Part {
     pub mesh: TriangleMesh,
-    /// For every vertex and triangle that of the component.
+    /// The component's vertex for every vertex of `mesh`.
     pub vertices: Vec<u32>,
+    /// The component's triangle for every triangle of `mesh`.
     pub triangles: Vec<u32>,
-    /// Where the corners of the triangles lie in a layout of what it is a part of, in units of
-    /// the surface.
+    /// Where the corners of the triangles lie in a layout of the larger part that this one comes
+    /// from, in units of the surface.
     pub placed: Option<Vec<[[f64; 2]; 3]>>,
 }
 

@@ -6,8 +6,7 @@
 
 use std::collections::HashMap;
 
-use super::joining::Topology;
-use super::orientation::{NONE, next};
+use super::orientation::{NONE, meeting, next};
 use super::sets::Sets;
 
 /// The fans of a surface that is being joined, and how many sides lie between any two of them.
@@ -15,7 +14,8 @@ use super::sets::Sets;
 /// Only edges of three or more sides count. Fans are merged small into large, so that all joins
 /// together take hardly more time than there are sides.
 pub(super) struct Crowding<'a> {
-    topology: &'a Topology<'a>,
+    /// Over the first vertices at equal positions.
+    triangles: &'a [[u32; 3]],
     corners: Sets,
     /// By the root of a set of corners, the name of its fan.
     names: Vec<u32>,
@@ -27,10 +27,10 @@ pub(super) struct Crowding<'a> {
 
 impl<'a> Crowding<'a> {
     /// Of the half-edges that lie at edges of three or more sides, with those `across` joined.
-    pub fn of(topology: &'a Topology, branched: &[u32], across: &[u32]) -> Self {
+    pub fn of(triangles: &'a [[u32; 3]], branched: &[u32], across: &[u32]) -> Self {
         let corners = 0..across.len() as u32;
         let mut crowding = Self {
-            topology,
+            triangles,
             corners: Sets::new(across.len()),
             names: corners.collect(),
             sides: HashMap::new(),
@@ -38,7 +38,7 @@ impl<'a> Crowding<'a> {
         };
         for (h, &other) in (0..).zip(across) {
             if other != NONE && h < other {
-                for [one, beyond] in topology.meeting(h, other) {
+                for [one, beyond] in meeting(triangles, h, other) {
                     crowding.corners.join(one, beyond);
                 }
             }
@@ -56,7 +56,7 @@ impl<'a> Crowding<'a> {
     /// Joins two half-edges, unless three sides of an edge would lie between the same two fans then;
     /// whether they are joined.
     pub fn join(&mut self, a: u32, b: u32) -> bool {
-        let meeting = self.topology.meeting(a, b);
+        let meeting = meeting(self.triangles, a, b);
         let [start, end] = meeting.map(|corners| corners.map(|c| self.fan(c)));
         let between = |this: &Self, [one, other]: [u32; 2], far: u32| {
             let second = if one == other {

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::joining::{Joined, Topology};
-use super::orientation::NONE;
+use super::orientation::{NONE, meeting};
 use super::sets::Sets;
 
 /// Which triangles, and which of their corners, hang together: the corners around a vertex that
@@ -25,7 +25,7 @@ impl Fans {
                 continue;
             }
             fans.triangles.join(h / 3, other / 3);
-            for [one, beyond] in topology.meeting(h, other) {
+            for [one, beyond] in meeting(topology.welded, h, other) {
                 fans.corners.join(one, beyond);
             }
         }

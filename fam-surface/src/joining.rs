@@ -11,7 +11,7 @@
 use rayon::prelude::*;
 
 use super::crowding::Crowding;
-use super::orientation::{NONE, ends, next};
+use super::orientation::{NONE, ends};
 use super::vector::{dot, normalize, scale, sub};
 
 /// Sides of one edge that are paired at most. More are no surface, and there are about half the
@@ -140,18 +140,7 @@ impl Topology<'_> {
             .filter(|edge| edge.len() > 2)
             .flat_map(|edge| edge.iter().map(|side| side.2))
             .collect();
-        (!branched.is_empty()).then(|| Crowding::of(self, &branched, &joined.across))
-    }
-
-    /// The corners of two half-edges of one edge that meet at either end of it, those at the start of
-    /// the first one first.
-    pub fn meeting(&self, a: u32, b: u32) -> [[u32; 2]; 2] {
-        let start = |h| ends(self.welded, h)[0];
-        let [near, far] = match start(a) == start(b) {
-            true => [b, next(b)],
-            false => [next(b), b],
-        };
-        [[a, near], [next(a), far]]
+        (!branched.is_empty()).then(|| Crowding::of(self.welded, &branched, &joined.across))
     }
 
     /// The half-edges of `triangles` (own or welded) for which `which` holds, sorted by edge.

@@ -18,6 +18,17 @@ pub fn next(h: u32) -> u32 {
     h - h % 3 + (h + 1) % 3
 }
 
+/// The corners of two half-edges between the same vertices that meet at either end, those at the start
+/// of the first one first.
+pub fn meeting(triangles: &[[u32; 3]], a: u32, b: u32) -> [[u32; 2]; 2] {
+    let start = |h| ends(triangles, h)[0];
+    let [near, far] = match start(a) == start(b) {
+        true => [b, next(b)],
+        false => [next(b), b],
+    };
+    [[a, near], [next(a), far]]
+}
+
 /// For every half-edge the other one between the same vertices, in either direction; [`NONE`] where it
 /// is alone or one of several. Triangles that have a vertex twice are left out.
 pub fn across(triangles: &[[u32; 3]]) -> Vec<u32> {

@@ -46,6 +46,18 @@ fn a_finished_layout_is_valid_and_cut_along_edges() {
     assert_eq!(metrics["torn_edges"], edges.len());
 }
 
+/// Assets that are laid out in seconds.
+const ASSETS: [&str; 8] = [
+    "bridged-holes.obj",
+    "cable.obj",
+    "double-sided.obj",
+    "end-solid.stl",
+    "octopus.obj",
+    "ribbon.obj",
+    "single-triangle.obj",
+    "voxel-quads.obj",
+];
+
 /// The small models beside the repository, where they are present, awkward ones among them.
 #[test]
 fn small_models_get_valid_layouts() {
@@ -58,6 +70,7 @@ fn small_models_get_valid_layouts() {
     let mut inputs: Vec<String> = hostile
         .iter()
         .map(|name| models.join(format!("hostile/{name}.obj")))
+        .chain(ASSETS.iter().map(|name| models.join("assets").join(name)))
         .chain([models.join("suzanne.obj"), models.join("formats")])
         .map(|path| path.to_str().unwrap().to_string())
         .collect();
@@ -81,6 +94,8 @@ fn small_models_get_valid_layouts() {
                     assert_eq!(mesh["flipped_triangles"], 0, "{}", path.display());
                     assert_eq!(mesh["overlapping_pairs"], 0, "{}", path.display());
                     assert_eq!(mesh["collapsed_triangles"], 0, "{}", path.display());
+                    let energy = mesh["symmetric_dirichlet"].as_f64().unwrap();
+                    assert!(energy <= 4.1, "{}: {energy}", path.display());
                     meshes += 1;
                 }
             }

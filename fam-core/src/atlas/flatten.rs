@@ -18,7 +18,7 @@ use fam_surface::{Component, Components, Duplicates, Surface, SurfaceError, Tria
 /// Points of a component that tell it from the others when other points are mapped.
 const LANDMARKS: usize = 256;
 
-/// Of one of many components at least so many, and of all together not many more than this.
+/// Fewest landmarks of one component, and about how many all components have together at most.
 const FEWEST_LANDMARKS: usize = 16;
 const MOST_LANDMARKS: usize = 25_600;
 

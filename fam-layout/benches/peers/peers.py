@@ -62,7 +62,7 @@ def work(peer, path, out, sender):
     vertices, faces = read(path)
     started = time.perf_counter()
     uvs, indices = PEERS[peer](vertices, faces)
-    seconds = time.perf_counter() - started
+    sender.send(time.perf_counter() - started)
     with open(out, "w") as file:
         for row in vertices:
             file.write("v {!r} {!r} {!r}\n".format(*map(float, row)))
@@ -71,7 +71,6 @@ def work(peer, path, out, sender):
         for face, corners in zip(faces + 1, indices + 1):
             pairs = (f"{v}/{t}" for v, t in zip(face, corners))
             file.write("f " + " ".join(pairs) + "\n")
-    sender.send(seconds)
 
 
 def peer_row(fam, peer, path, limit):
@@ -81,14 +80,18 @@ def peer_row(fam, peer, path, limit):
         receiver, sender = multiprocessing.Pipe(duplex=False)
         process = multiprocessing.Process(target=work, args=(peer, path, out, sender))
         process.start()
-        process.join(limit)
-        if process.is_alive():
+        sender.close()
+        if not receiver.poll(limit):
             process.kill()
             process.join()
             return None, f"not done in {limit:.0f} s"
-        if not receiver.poll():
+        try:
+            seconds = receiver.recv()
+        except EOFError:
             return None, "failed"
-        seconds = receiver.recv()
+        process.join()
+        if process.exitcode != 0:
+            return None, "failed"
         metrics = subprocess.run([fam, "metrics", out, "--json"], capture_output=True, text=True)
         if metrics.returncode != 0:
             return None, "its UVs cannot be measured"
@@ -116,6 +119,16 @@ def cells(seconds, metrics):
                                  else form.format(metrics[key]) for _, key, form in COLUMNS]
 
 
+def processor():
+    """The processor's name, where the system tells it."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.machine()
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--fam", required=True)
@@ -124,7 +137,7 @@ def main():
     parser.add_argument("meshes", nargs="+", type=Path)
     arguments = parser.parse_args()
     fam, limit = arguments.fam, arguments.limit
-    print(f"{platform.machine()}, {multiprocessing.cpu_count()} cores\n")
+    print(f"{processor()}, {multiprocessing.cpu_count()} cores\n")
     titles = ["mesh", "layout by", "seconds"] + [title for title, _, _ in COLUMNS]
     print("| " + " | ".join(titles) + " |")
     print("| --- | --- |" + " ---: |" * (len(titles) - 2))

@@ -1,5 +1,5 @@
 use super::paths::Start;
-use super::straighten::Straightening;
+use super::straightening::Straightening;
 
 /// How much of the branches moves along with the point where they meet, as a fraction of the
 /// longest: what is out of reach for much of them is tried with less.

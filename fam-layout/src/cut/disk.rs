@@ -162,7 +162,7 @@ fn slit(topology: &Topology, cost: &[f64], graph: &EdgeGraph, end: Option<u32>) 
 #[cfg(test)]
 mod tests {
     use super::super::segments::{BranchKind, branches};
-    use super::super::straighten::character;
+    use super::super::straightening::character;
     use super::super::test_surfaces::{block, cubes, oriented, pierced_plate, random_costs};
     use super::*;
     use fam_surface::shapes;

@@ -13,6 +13,7 @@ pub mod straighten;
 mod branch_points;
 mod capped;
 mod reroute;
+mod straightening;
 mod tree_cotree;
 
 #[cfg(test)]

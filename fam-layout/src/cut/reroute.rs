@@ -1,6 +1,6 @@
 use super::paths::{EdgeGraph, Search, Start};
 use super::segments::{Branch, BranchKind};
-use super::straighten::Straightening;
+use super::straightening::Straightening;
 use super::{Cut, boundary_vertices};
 use crate::patch::topology::{Topology, next};
 

@@ -8,7 +8,7 @@ use std::collections::{BinaryHeap, HashMap};
 
 use super::paths::{EdgeGraph, Search, at};
 use super::segments::{BranchKind, branches};
-use super::straighten::character;
+use super::straightening::character;
 use super::{Cut, boundary_vertices, finite};
 use crate::patch::topology::Topology;
 

@@ -4,17 +4,15 @@ use std::collections::HashSet;
 
 use super::branch_points::moved;
 use super::capped::Capped;
-use super::paths::{EdgeGraph, Search};
+use super::paths::EdgeGraph;
 use super::reroute::rerouted;
-use super::segments::{Branch, CutGraph, branches};
+use super::segments::CutGraph;
+use super::straightening::Straightening;
 use super::{Cut, boundary_vertices};
 use crate::patch::topology::Topology;
 
 /// Most times that all branches and branching points are gone through.
 const ROUNDS: usize = 20;
-
-/// A part of a cut is replaced only by one that costs less by this fraction.
-const LEAST_GAIN: f64 = 1e-9;
 
 /// A cut that costs no more than `cut` and opens the surface to as many pieces, each of as many
 /// holes and handles (or fewer holes, where it came through one).
@@ -36,19 +34,6 @@ pub fn straighten(topology: &Topology, cost: &[f64], cut: &Cut, pinned: &[u32]) 
     let capped = Capped::new(topology, cost, &holes);
     let straight = shortened(&capped.topology, &capped.cost, capped.capped(cut), pinned);
     capped.uncapped(topology, &straight)
-}
-
-/// A valid cut of a surface and what must not change about it.
-pub(super) struct Straightening<'a> {
-    pub(super) topology: &'a Topology,
-    pub(super) cost: &'a [f64],
-    graph: EdgeGraph,
-    pub(super) cut: Cut,
-    pub(super) boundary: Vec<bool>,
-    /// Vertices that the cut must go on reaching.
-    pub(super) pinned: Vec<bool>,
-    /// Branches that met in a point for which no better place was found.
-    settled: HashSet<Vec<Vec<u32>>>,
 }
 
 /// Shortens a cut of a surface without holes that it could come through. `cost` is finite.
@@ -125,76 +110,6 @@ impl Straightening<'_> {
         }
         improved
     }
-
-    /// The branches that start from a vertex; of one that comes back to it each half.
-    fn branches_from(&self, fork: u32) -> Vec<Vec<u32>> {
-        let graph = CutGraph::of(self.topology, &self.cut);
-        let is_node = |v: u32| {
-            self.boundary[v as usize] || self.pinned[v as usize] || graph.leaving(v).len() != 2
-        };
-        let follow = |&(_, start): &(u32, u32)| {
-            let mut path = graph.follow(self.topology, start, is_node);
-            if path
-                .last()
-                .is_some_and(|&h| self.topology.target(h) == fork)
-            {
-                path.truncate(path.len() / 2);
-            }
-            path
-        };
-        graph.leaving(fork).iter().map(follow).collect()
-    }
-
-    /// The branch that an edge is part of, if it is cut.
-    fn branch_along(&self, h: u32) -> Option<Branch> {
-        let own = |&other: &u32| other == h || Some(other) == self.topology.twin(h);
-        let mut branches = self.branches().into_iter();
-        branches.find(|branch| branch.half_edges.iter().any(own))
-    }
-
-    /// Paths on the surface, whatever the cut, that cost no more than `limit`.
-    pub(super) fn search(&self, limit: f64) -> Search<'_> {
-        Search {
-            graph: &self.graph,
-            cost: self.cost,
-            limit,
-        }
-    }
-
-    fn branches(&self) -> Vec<Branch> {
-        branches(self.topology, &self.cut, |v| self.pinned[v as usize])
-    }
-
-    /// Takes a part of the cut out and another in, if that is cheaper.
-    fn replace(&mut self, old: &[u32], new: &[u32]) -> bool {
-        let cost = |path: &[u32]| path.iter().map(|&h| self.cost[h as usize]).sum::<f64>();
-        let cheaper = cost(new) < cost(old) * (1.0 - LEAST_GAIN);
-        if cheaper {
-            self.cut.remove(self.topology, old);
-            self.cut.add(self.topology, new);
-        }
-        cheaper
-    }
-
-    /// The same, but only if the surface opens to as many pieces of the same kind.
-    pub(super) fn replace_if_alike(&mut self, old: &[u32], new: &[u32]) -> bool {
-        let before = self.cut.clone();
-        if !self.replace(old, new) {
-            return false;
-        }
-        let [one, other] = [&before, &self.cut].map(|cut| character(self.topology, cut));
-        if one != other {
-            self.cut = before;
-        }
-        one == other
-    }
-}
-
-/// The pieces, Euler characteristic and boundary loops of the surface when it is cut.
-pub(super) fn character(topology: &Topology, cut: &Cut) -> (usize, i64, usize) {
-    let opened = cut.open(topology).topology;
-    let loops = opened.boundary_loops().len();
-    (opened.pieces().1, opened.euler_characteristic(), loops)
 }
 
 #[cfg(test)]
@@ -204,6 +119,8 @@ mod tests {
 
     use super::super::disk::cut_to_disk;
     use super::super::paths::{cheapest_path, distances};
+    use super::super::segments::branches;
+    use super::super::straightening::character;
     use super::super::test_surfaces::{block, cubes, oriented, pierced_plate, random_costs};
     use super::*;
     use fam_surface::shapes;

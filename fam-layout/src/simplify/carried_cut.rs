@@ -6,8 +6,8 @@ use crate::cut::Cut;
 use fam_surface::vector::{length, sub};
 
 impl Simplification<'_> {
-    /// The cut of the surface as it was that a cut of what is left becomes: it opens it to the
-    /// same pieces. `triangles` has that of the surface for every one that is left.
+    /// Carries a cut of the simpler surface to the original one, which it opens to the same pieces.
+    /// `triangles` has the original triangle for every triangle of the simpler surface.
     pub fn carried(mut self, cut: &Cut, triangles: &[u32]) -> Cut {
         let mut is_cut = vec![false; self.surface.half_edges() as usize];
         for h in cut.half_edges() {

@@ -36,8 +36,8 @@ pub(super) struct Hessian {
 }
 
 impl Hessian {
-    /// Of triangles over vertices, those of which move for which `free` holds. Its pattern is yet to
-    /// be analysed, by [`cover`](Self::cover).
+    /// The Hessian of `triangles` over so many vertices. Only vertices for which `free` holds move.
+    /// [`cover`](Self::cover) analyses its pattern later.
     pub(super) fn new(triangles: &[[u32; 3]], vertices: usize, free: impl Fn(u32) -> bool) -> Self {
         let mut used = vec![false; vertices];
         for &v in triangles.iter().flatten() {
