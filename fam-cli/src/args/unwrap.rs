@@ -99,9 +99,9 @@ pub struct Unwrap {
     ///
     /// Training is planned for it: some steps are measured first. If there is time for more than
     /// those of the preset `fast`, its networks and points grow from its own (others stay as they
-    /// are); then the number of iterations is chosen. config.toml has all of it, and gives the same raw map again. Training
-    /// takes at least 50 iterations, and the paper's 10,000 at most; where several starts would leave
-    /// fewer than 200, there is a single one.
+    /// are); then the number of iterations is chosen. config.toml has all of it, and gives the same
+    /// raw map again. Training takes at least 50 iterations, and the paper's 10,000 at most; where
+    /// several starts would leave fewer than 200, there is a single one.
     #[arg(long, value_name = "TIME", value_parser = crate::time::duration, conflicts_with = "iterations")]
     pub time_budget: Option<std::time::Duration>,
 

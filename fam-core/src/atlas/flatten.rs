@@ -18,8 +18,10 @@ use fam_surface::{Component, Components, Duplicates, Surface, SurfaceError, Tria
 /// Points of a component that tell it from the others when other points are mapped.
 const LANDMARKS: usize = 256;
 
-/// Fewest landmarks of one component, and about how many all components have together at most.
+/// Fewest landmarks of a component, however many components there are.
 const FEWEST_LANDMARKS: usize = 16;
+
+/// About how many landmarks all components have together at most.
 const MOST_LANDMARKS: usize = 25_600;
 
 /// Fewest points that a component is trained on: its share by area may be next to nothing.

@@ -38,7 +38,8 @@ const LEVEL: Effort = Effort {
 };
 
 /// Layouts of at least this many triangles that are nearly where they should be are relaxed block by
-/// block: one system for all of them takes long. Simpler surfaces that stand for larger ones are below.
+/// block: one system for all of them takes long. Simpler surfaces that stand for larger ones have
+/// fewer.
 const IN_BLOCKS: usize = 14_000;
 
 /// How far to solve.
