@@ -18,6 +18,8 @@
 //! - A fourth number of a `v` is a weight that divides the others, unless more follow: those
 //!   are a colour, sRGB between 0 and 1, which matters only to other formats. In front of a
 //!   colour, a weight does not divide.
+//! - Points of a cloud with a coordinate that is NaN or infinite are left out of the surface,
+//!   with a warning. In a mesh they are an error.
 //! - Normals are those of the corners: if a vertex has several, their mean. In a cloud there
 //!   are normals if there is one `vn` for every `v`.
 //! - UVs are there if every corner of every face refers to an existing `vt` and all `vt` are
@@ -31,7 +33,8 @@
 //! Writing keeps every byte but those of UVs: `vt` statements go, the new ones come before
 //! the first face (in a cloud: at the end), and corners get their new `vt` index while `v`
 //! and `vn` stay as written. A polygon with a seam inside becomes triangles. Lines (`l`),
-//! free-form surfaces (`surf`) and faces of two corners lose their `vt` references.
+//! free-form surfaces (`surf`) and faces of two corners lose their `vt` references. A point
+//! that was left out stays, with NaN as its UV.
 //!
 //! In glTF, every run of faces of one object becomes a mesh of that name, with vertices of its
 //! own; vertices in no face are left out if there are several. Formats without objects keep the
@@ -60,6 +63,7 @@ use fam_surface::{Surface, SurfaceError};
 
 use crate::content::Content;
 use crate::error::ReadFault;
+use crate::kept::Kept;
 use crate::parsed::{Parsed, surface};
 use crate::polygons::Divisions;
 use crate::scene::Scene;
@@ -77,10 +81,13 @@ pub(crate) struct Source {
     fingerprint: Fingerprint,
     divisions: Divisions,
     libraries: Vec<String>,
+    /// Which `v` the surface has.
+    kept: Kept,
 }
 
 pub(crate) fn parse(content: Content) -> Result<Parsed<Source>, ReadFault> {
     let model = Model::read(&content, |_| {})?;
+    let warnings = model.kept.warnings()?;
     if model.numbers.positions.is_empty() {
         return Err(SurfaceError::NoVertices.into());
     }
@@ -106,12 +113,13 @@ pub(crate) fn parse(content: Content) -> Result<Parsed<Source>, ReadFault> {
         uvs,
         labels,
         diagonals: faces.vertices.diagonals(),
-        warnings: Vec::new(),
+        warnings,
         source: Source {
             content,
             fingerprint: model.fingerprint,
             divisions: faces.vertices.divisions().clone(),
             libraries: model.libraries,
+            kept: model.kept,
         },
     })
 }
@@ -121,7 +129,7 @@ impl Source {
         let input = open(&self.content)?;
         let written = match uvs {
             Uvs::Mesh(uvs) => write::mesh(input, uvs, &self.divisions, out)?,
-            Uvs::Points(uvs) => write::points(input, uvs, out)?,
+            Uvs::Points(uvs) => write::points(input, &self.kept.uvs_of_all(uvs), out)?,
         };
         if written == self.fingerprint {
             Ok(())

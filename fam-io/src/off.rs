@@ -11,6 +11,8 @@
 //!   (`nOFF`) files are not read.
 //! - A face has its number of corners, the zero-based vertices and possibly a colour. Faces of
 //!   fewer than three corners are no part of the surface. Without faces it is a point cloud.
+//! - Points of a cloud with a coordinate that is NaN or infinite are left out of the surface,
+//!   with a warning. In a mesh they are an error.
 //! - Colours of vertices are three or four columns, from 0 to 255 if a vertex has one above 1,
 //!   else from 0 to 1.
 //! - A file that has `BINARY` after its keyword goes on with big-endian 32-bit numbers: the
@@ -20,7 +22,8 @@
 //! Writing makes the keyword one with `ST` and puts a UV at the end of each vertex, replacing
 //! an old one; everything else stays as it is in the file. A vertex with several UVs is split,
 //! its copies come after the last vertex. A vertex in no face has the UV 0 0. A polygon with a
-//! seam inside becomes triangles of the same colour. A binary file is written as text.
+//! seam inside becomes triangles of the same colour. A binary file is written as text. A point
+//! that was left out stays, with NaN as its UV.
 
 mod binary;
 mod rows;
@@ -31,6 +34,7 @@ use std::ops::Range;
 
 use crate::color::linear_color;
 use crate::error::ReadFault;
+use crate::kept::Kept;
 use crate::labels::Labels;
 use crate::parsed::{Parsed, surface};
 use crate::polygons::{Polygons, vertex};
@@ -51,6 +55,8 @@ pub(crate) struct Source {
     vertices: Vec<Row>,
     faces: Vec<Row>,
     polygons: Polygons,
+    /// Which vertices the surface has.
+    kept: Kept,
 }
 
 pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
@@ -90,30 +96,38 @@ pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
     let faces = take(&mut rows, announced_faces, "faces")?;
     drop(rows);
 
-    let Vertices {
-        positions,
-        normals,
-        uvs,
-        colors,
-    } = Vertices::parse(&bytes, &vertices, letters)?;
-    letters.colors |= colors;
+    let columns = Vertices::parse(&bytes, &vertices, letters)?;
+    letters.colors |= columns.colors;
     let mut polygons = Polygons::default();
     for (number, row) in faces.iter().enumerate() {
-        let corners = corners(&bytes, row, number + 1, positions.len())?;
+        let corners = corners(&bytes, row, number + 1, vertices.len())?;
         if corners.len() >= 3 {
             polygons.push(corners);
         }
     }
-    polygons.divide(&positions);
+    let kept = match polygons.len() {
+        0 => Kept::of(&columns.positions),
+        _ => {
+            check_finite(&bytes, &vertices, &columns.positions)?;
+            Kept::default()
+        }
+    };
+    let warnings = kept.warnings()?;
+    polygons.divide(&columns.positions);
 
-    let surface = surface(positions, &polygons, letters.normals.then_some(normals))?;
-    let uvs = letters.uvs.then(|| vertex_uvs(&surface, uvs)).flatten();
+    let positions = kept.only(columns.positions);
+    let normals = letters.normals.then(|| kept.only(columns.normals));
+    let surface = surface(positions, &polygons, normals)?;
+    let uvs = letters
+        .uvs
+        .then(|| vertex_uvs(&surface, kept.only(columns.uvs)))
+        .flatten();
     Ok(Parsed {
         surface,
         uvs,
         labels: Labels::default(),
         diagonals: polygons.diagonals(),
-        warnings: Vec::new(),
+        warnings,
         source: Source {
             letters,
             keyword,
@@ -122,6 +136,7 @@ pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
             vertices,
             faces,
             polygons,
+            kept,
             bytes,
         },
     })
@@ -170,11 +185,11 @@ impl Vertices {
             }
             vertices.colors |= words.len() > expected;
             let triple = |at: usize| -> Result<[f64; 3], ReadFault> {
-                Ok([
-                    coordinate(word(at), row.line)?,
-                    coordinate(word(at + 1), row.line)?,
-                    coordinate(word(at + 2), row.line)?,
-                ])
+                let mut triple = [0.0; 3];
+                for (place, at) in triple.iter_mut().zip(at..) {
+                    *place = number(word(at), row.line)?;
+                }
+                Ok(triple)
             };
             vertices.positions.push(triple(0)?);
             if letters.normals {
@@ -189,6 +204,25 @@ impl Vertices {
         }
         Ok(vertices)
     }
+}
+
+/// A word as a number, which may be NaN or infinite.
+fn number(word: &[u8], line: usize) -> Result<f64, ReadFault> {
+    let bad = || syntax(line, format!("`{}` is not a number", excerpt(word)));
+    text::number(word).ok_or_else(bad)
+}
+
+/// Checks that the positions, one of each row, are finite.
+fn check_finite(bytes: &[u8], rows: &[Row], positions: &[[f64; 3]]) -> Result<(), ReadFault> {
+    let is_bad = |p: &[f64; 3]| !p.iter().all(|c| c.is_finite());
+    let Some(bad) = positions.iter().position(is_bad) else {
+        return Ok(());
+    };
+    let row = &rows[bad];
+    for word in row.words(bytes).into_iter().take(3) {
+        coordinate(&bytes[word], row.line)?;
+    }
+    Ok(())
 }
 
 fn corners(bytes: &[u8], row: &Row, face: usize, count: usize) -> Result<Vec<u32>, ReadFault> {
@@ -217,9 +251,10 @@ impl Source {
         let vertices = vertices.map_err(io::Error::other)?;
         let normals = self.letters.normals.then_some(vertices.normals);
         Ok(Scene::of_mesh(Mesh {
-            positions: vertices.positions,
-            colors: self.colors(),
-            normals: normals.map(|normals| corner_normals(&self.polygons, &normals)),
+            positions: self.kept.only(vertices.positions),
+            colors: self.colors().map(|colors| self.kept.only(colors)),
+            normals: normals
+                .map(|normals| corner_normals(&self.polygons, &self.kept.only(normals))),
             polygons: self.polygons.clone(),
             ..Mesh::default()
         }))

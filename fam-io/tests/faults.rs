@@ -61,7 +61,7 @@ fn faults_are_one_line_with_the_reason() {
         ),
         (
             "h.obj",
-            "v 0 0 0\nv nan 0 0".into(),
+            "v 0 0 0\nv nan 0 0\nf 1 2 1\n".into(),
             ": line 2: the vertex has a coordinate that is not a finite number",
         ),
         ("i.obj", "v 0 0\n".into(), ": line 1: position parse error"),
@@ -96,6 +96,11 @@ fn faults_are_one_line_with_the_reason() {
             "nOFF\n4\n".into(),
             ": n-dimensional OFF is not supported",
         ),
+        (
+            "o.off",
+            "OFF 1 0 0\n0 nan 0\n".into(),
+            ": none of its 1 points has finite coordinates",
+        ),
         ("e.off", "OFF\n0 0 0\n".into(), ": it has no vertices"),
         (
             "f.off",
@@ -109,7 +114,7 @@ fn faults_are_one_line_with_the_reason() {
         ),
         (
             "h.off",
-            "OFF 1 0 0\n0 nan 0\n".into(),
+            "OFF 1 1 0\n0 nan 0\n3 0 0 0\n".into(),
             ": line 2: `nan` is not a finite number",
         ),
         (

@@ -552,6 +552,11 @@ fn points_that_are_not_finite_are_left_out_with_a_warning() {
             format!("4\nX Y Z R G B\n{rows}"),
             format!("# X Y Z R G B u v\n4\nX Y Z R G B\n{with_uvs}"),
         ),
+        (
+            Format::Off,
+            format!("COFF\n4 0 0\n{rows}"),
+            format!("STCOFF\n4 0 0\n{with_uvs}"),
+        ),
     ] {
         let document = Document::from_bytes(format, text.into_bytes()).unwrap();
         let points = document.surface().positions();
@@ -578,6 +583,49 @@ fn points_that_are_not_finite_are_left_out_with_a_warning() {
         again.write_to(&uvs, format, &options, &mut out).unwrap();
         assert_eq!(String::from_utf8(out).unwrap(), write(format));
     }
+    // OBJ has its UVs apart from the points; faces of fewer than three corners make no mesh.
+    let points =
+        "v nan 0 1.#INF\nvn 0 0 1\nv 1 2 3 1 0 0\nvn 0 1 0\nv 6 7 8\nvn 1 0 0\np 1\nf 1 2\n";
+    let parse = |text: String| Document::from_bytes(Format::Obj, text.into_bytes()).unwrap();
+    let document = parse(points.to_owned());
+    let warning = Warning::PointsLeftOut {
+        left_out: 1,
+        total: 3,
+    };
+    assert_eq!(document.warnings(), [warning]);
+    let normals = |document: &Document| match document.surface() {
+        Surface::PointCloud(cloud) => cloud.normals().unwrap().to_vec(),
+        Surface::Mesh(_) => panic!("a cloud was expected"),
+    };
+    assert_eq!(normals(&document), [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]);
+    let uvs = Uvs::Points(vec![[0.25, 1.0], [0.5, 0.0]]);
+    let write = |format| {
+        let mut out = Vec::new();
+        document.write_to(&uvs, format, &options, &mut out).unwrap();
+        String::from_utf8(out).unwrap()
+    };
+    let expected = format!("{points}vt NaN NaN\nvt 0.25 1\nvt 0.5 0\n");
+    assert_eq!(write(Format::Obj), expected);
+    let again = parse(expected);
+    assert_eq!(again.point_uvs(), Some(&[[0.25, 1.0], [0.5, 0.0]][..]));
+    assert!(write(Format::Off).contains("\n2 0 0\n1 2 3"));
+    // A binary OFF: two points, of which one has a coordinate that is NaN and one a normal.
+    let mut binary = b"NOFF BINARY\n".to_vec();
+    binary.extend([2_u32, 0, 0].map(u32::to_be_bytes).as_flattened());
+    let numbers = [f32::NAN, 0., 0., 0., 0., 1., 1., 2., 3., f32::NAN, 0., 1.];
+    binary.extend(numbers.map(f32::to_be_bytes).as_flattened());
+    let document = Document::from_bytes(Format::Off, binary).unwrap();
+    assert_eq!(document.surface().positions(), [[1.0, 2.0, 3.0]]);
+    assert_eq!(normals(&document), [[0.0; 3]]);
+    assert_eq!(document.warnings().len(), 1);
+    // With a face it is a mesh, whose vertices must be finite.
+    let mut binary = b"OFF BINARY\n".to_vec();
+    binary.extend([1_u32, 1, 0].map(u32::to_be_bytes).as_flattened());
+    binary.extend([f32::NAN, 0., 0.].map(f32::to_be_bytes).as_flattened());
+    binary.extend([3_u32, 0, 0, 0, 0].map(u32::to_be_bytes).as_flattened());
+    let fault = Document::from_bytes(Format::Off, binary).unwrap_err();
+    let expected = "vertex 0 has a coordinate that is not a finite number";
+    assert!(fault.to_string().ends_with(expected), "{fault}");
     // A word that is no number is a fault, and so is a corner that is nowhere.
     for (text, fault) in [
         (

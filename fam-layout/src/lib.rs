@@ -47,6 +47,7 @@ mod distortion;
 mod divide;
 mod flat;
 mod marks;
+mod pace;
 mod pack;
 mod parallel;
 mod part;
@@ -149,11 +150,9 @@ pub struct Progress {
     pub components: usize,
     /// How many of them are flat.
     pub done: usize,
-    /// How many triangles all components have.
-    pub triangles: usize,
-    /// How many of them the flat components have; the time that a component takes is about
-    /// proportional to its triangles.
-    pub triangles_done: usize,
+    /// Estimated fraction of the time for cutting and flattening that is over, from 0 to 1: it goes
+    /// by the triangles of flat components and by the Newton steps over those of others.
+    pub fraction: f64,
     /// The component that reached something last, counting from 0.
     pub component: usize,
     /// The mean symmetric Dirichlet energy that it reached; infinite before the first does.

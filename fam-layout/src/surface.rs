@@ -51,7 +51,7 @@ fn lay_out_within(
     let unit = common_unit(list);
     let mut observe = observe;
     let watch = Watch::new(list.len(), &mut observe);
-    watch.counts(sizes.iter().sum());
+    watch.counts(&sizes);
     let charts = largest_first(&sizes, |i| {
         let watch = watch.of(i);
         let mesh = scaled(&list[i].mesh, unit);
@@ -64,7 +64,7 @@ fn lay_out_within(
                 flat_charts(config, share(sizes[i]), &mesh, map, &marks, &watch)
             }
         };
-        watch.finishes(sizes[i]);
+        watch.finishes();
         charts
     });
     watch.packs();

@@ -7,6 +7,14 @@ use super::{Display, short};
 /// Time between plain lines of one stage.
 const BETWEEN_LINES: Duration = Duration::from_secs(2);
 
+/// Steps of the bar.
+const BAR: u64 = 1000;
+
+/// Fraction of the time, and the time, before which nothing is said of the time left: an estimate
+/// from so little is wrong.
+const LEAST: f64 = 0.02;
+const EARLY: Duration = Duration::from_secs(1);
+
 /// Components up to which every change of stage has a line.
 const FEW: usize = 3;
 
@@ -14,6 +22,8 @@ const FEW: usize = 3;
 pub struct FinishingProgress {
     display: Display,
     started: Instant,
+    /// When cutting and flattening began.
+    refines: Option<Instant>,
     last: Option<(Instant, Stage)>,
 }
 
@@ -22,17 +32,21 @@ impl FinishingProgress {
         Self {
             display: Display::new(quiet, "{bar:24} {msg}"),
             started: Instant::now(),
+            refines: None,
             last: None,
         }
     }
 
     /// Often, whether there is something new or not.
     pub fn show(&mut self, now: &Progress) {
+        if now.stage == Stage::Refine {
+            self.refines.get_or_insert_with(Instant::now);
+        }
         match &self.display {
             Display::Silent => {}
             Display::Bar(bar) => {
-                bar.set_length(now.triangles as u64);
-                bar.set_position(now.triangles_done as u64);
+                bar.set_length(BAR);
+                bar.set_position((now.fraction * BAR as f64) as u64);
                 bar.set_message(self.line(now));
             }
             Display::Lines => {
@@ -55,8 +69,7 @@ impl FinishingProgress {
     }
 
     fn line(&self, now: &Progress) -> String {
-        let elapsed = self.started.elapsed();
-        let time = short(elapsed);
+        let time = short(self.started.elapsed());
         if now.stage == Stage::Pack {
             return format!("finishing  packing  {time}");
         }
@@ -73,18 +86,18 @@ impl FinishingProgress {
             ));
         }
         line.push_str(&format!("  {time}"));
-        if let Some(left) = left(now, elapsed) {
-            line.push_str(&format!(", {} left", short(left)));
+        let elapsed = self.refines.map(|since| since.elapsed());
+        if let Some(left) = elapsed.and_then(|elapsed| left(now.fraction, elapsed)) {
+            line.push_str(&format!(", about {} left", short(left)));
         }
         line
     }
 }
 
-/// The time that the parts which are not flat yet will take, if some are: about as long for a
-/// triangle as the others took.
-fn left(now: &Progress, elapsed: Duration) -> Option<Duration> {
-    let (done, all) = (now.triangles_done as f64, now.triangles as f64);
-    (done > 0.0 && done < all).then(|| elapsed.mul_f64((all - done) / done))
+/// The time left after a fraction of it, if that says anything yet.
+fn left(fraction: f64, elapsed: Duration) -> Option<Duration> {
+    let is_known = (LEAST..1.0).contains(&fraction) && elapsed >= EARLY;
+    is_known.then(|| elapsed.mul_f64((1.0 - fraction) / fraction))
 }
 
 #[cfg(test)]
@@ -92,22 +105,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_time_left_goes_by_triangles() {
-        let mut now = Progress {
-            stage: Stage::Refine,
-            components: 3,
-            done: 0,
-            triangles: 100,
-            triangles_done: 0,
-            component: 0,
-            energy: f64::INFINITY,
-            seam_length: 0.0,
-        };
+    fn the_time_left_goes_by_the_fraction_that_is_over() {
         let elapsed = Duration::from_secs(4);
-        assert_eq!(left(&now, elapsed), None);
-        now.triangles_done = 20;
-        assert_eq!(left(&now, elapsed), Some(Duration::from_secs(16)));
-        now.triangles_done = 100;
-        assert_eq!(left(&now, elapsed), None);
+        assert_eq!(left(0.0, elapsed), None);
+        assert_eq!(left(0.2, elapsed), Some(Duration::from_secs(16)));
+        assert_eq!(left(0.2, Duration::from_millis(10)), None);
+        assert_eq!(left(1.0, elapsed), None);
     }
 }

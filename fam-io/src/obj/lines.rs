@@ -47,7 +47,9 @@ impl Lines {
                 _ => {}
             }
         }
-        let positions = numbers.finish()?.positions;
+        let numbers = numbers.finish()?;
+        numbers.check_finite()?;
+        let positions = numbers.positions;
         let missing = |v: &u32| *v as usize >= positions.len();
         let fault = segments
             .iter()

@@ -2,6 +2,7 @@
 
 use crate::content::Content;
 use crate::error::ReadFault;
+use crate::kept::Kept;
 use crate::labels::Labels;
 
 use super::faces::Faces;
@@ -9,9 +10,12 @@ use super::names::Names;
 use super::numbers::{NumberReader, Numbers};
 use super::statements::{Fingerprint, Statement, Statements, decode, open};
 
-/// The numbers and faces of a file, and what is named in it.
+/// The numbers and faces of a file, and what is named in it. Of a cloud, only the points with
+/// finite coordinates.
 pub(super) struct Model {
     pub numbers: Numbers,
+    /// Which `v` the surface has; all in a mesh.
+    pub kept: Kept,
     pub faces: Faces,
     pub objects: Names,
     pub materials: Names,
@@ -47,13 +51,24 @@ impl Model {
                 _ => {}
             }
         }
-        let numbers = numbers.finish()?;
+        let mut numbers = numbers.finish()?;
         if !numbers.positions.is_empty() {
             faces.check(numbers.positions.len())?;
+        }
+        let mut kept = Kept::default();
+        if faces.vertices.len() == 0 {
+            kept = Kept::of(&numbers.positions);
+            let total = numbers.positions.len();
+            numbers.uvs = of_kept_points(&kept, total, numbers.uvs);
+            numbers.normals = of_kept_points(&kept, total, numbers.normals);
+            numbers.positions = kept.only(numbers.positions);
+        } else {
+            numbers.check_finite()?;
             faces.vertices.divide(&numbers.positions);
         }
         Ok(Self {
             numbers,
+            kept,
             faces,
             objects,
             materials,
@@ -62,7 +77,7 @@ impl Model {
         })
     }
 
-    /// The normals of a cloud: there is one `vn` for every `v`.
+    /// The normals of a cloud, if there is one for every point.
     pub fn point_normals(&self) -> Option<&[[f64; 3]]> {
         let one_each = self.numbers.normals.len() == self.numbers.positions.len();
         one_each.then_some(&self.numbers.normals)
@@ -85,5 +100,13 @@ impl Model {
             labels.material_names = self.material_names();
         }
         labels
+    }
+}
+
+/// What the kept points of a cloud have, if there is one entry for each of all points; else none.
+fn of_kept_points<T>(kept: &Kept, total: usize, of_all: Vec<T>) -> Vec<T> {
+    match of_all.len() == total {
+        true => kept.only(of_all),
+        false => Vec::new(),
     }
 }

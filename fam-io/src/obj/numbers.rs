@@ -17,9 +17,24 @@ pub(super) struct Numbers {
     pub positions: Vec<[f64; 3]>,
     pub uvs: Vec<[f32; 2]>,
     pub normals: Vec<[f64; 3]>,
+    /// The line of the first position that is not finite.
+    non_finite: Option<usize>,
 }
 
-/// Reads numbers, block by block. The positions are finite.
+impl Numbers {
+    /// Checks that all positions are finite.
+    pub fn check_finite(&self) -> Result<(), ReadFault> {
+        match self.non_finite {
+            None => Ok(()),
+            Some(line) => Err(syntax(
+                line,
+                "the vertex has a coordinate that is not a finite number",
+            )),
+        }
+    }
+}
+
+/// Reads numbers, block by block.
 #[derive(Default)]
 pub(super) struct NumberReader {
     numbers: Numbers,
@@ -80,11 +95,9 @@ impl NumberReader {
         // The first vertex is none of the file.
         let positions = triples(&mesh.positions).get(1..).unwrap_or_default();
         let is_finite = |p: &[f64; 3]| p.iter().all(|c| c.is_finite());
-        if let Some(bad) = positions.iter().position(|p| !is_finite(p)) {
-            return Err(syntax(
-                self.block.vertex_line(bad),
-                "the vertex has a coordinate that is not a finite number",
-            ));
+        if numbers.non_finite.is_none() {
+            let bad = positions.iter().position(|p| !is_finite(p));
+            numbers.non_finite = bad.map(|bad| self.block.vertex_line(bad));
         }
         numbers.positions.extend_from_slice(positions);
         numbers.normals.extend_from_slice(triples(&mesh.normals));
@@ -278,7 +291,8 @@ mod tests {
             ),
         ];
         for (text, message) in cases {
-            let fault = read(text).err().unwrap();
+            let fault = read(text).and_then(|numbers| numbers.check_finite());
+            let fault = fault.err().unwrap();
             assert_eq!(fault.to_string(), message, "{text}");
         }
     }

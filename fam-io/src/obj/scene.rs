@@ -27,7 +27,7 @@ pub(super) fn scene(
     };
     let mesh = Mesh {
         name,
-        colors,
+        colors: colors.map(|colors| model.kept.only(colors)),
         normals,
         materials: model.materials.of_faces(&model.faces.vertices),
         objects: model.objects.starts(),

@@ -43,14 +43,15 @@ fn text(
     let faces = count("faces")?;
     let edges = count("edges")?;
     let mut text = format!("{keyword}\n{vertices} {faces} {edges}\n");
+    let mut non_finite = None;
     for index in 0..vertices {
         let missing = || truncated("vertices", vertices, index);
-        for &number in numbers.take(coordinates).ok_or_else(missing)? {
-            let number = f32::from_be_bytes(number);
-            if !number.is_finite() {
-                let index = index as usize;
-                return Err(SurfaceError::NonFinitePosition { index }.into());
-            }
+        let row = numbers.take(coordinates).ok_or_else(missing)?;
+        let coordinates = row.iter().map(|&number| f32::from_be_bytes(number));
+        if !coordinates.clone().take(3).all(f32::is_finite) {
+            non_finite.get_or_insert(index as usize);
+        }
+        for number in coordinates {
             // The digits of the exact value.
             push(&mut text, f64::from(number));
         }
@@ -60,6 +61,9 @@ fn text(
     for index in 0..faces {
         let missing = || truncated("faces", faces, index);
         let corners = numbers.count().ok_or_else(missing)?;
+        if let Some(index) = non_finite.filter(|_| corners >= 3) {
+            return Err(SurfaceError::NonFinitePosition { index }.into());
+        }
         push(&mut text, corners);
         for &corner in numbers.take(corners as usize).ok_or_else(missing)? {
             push(&mut text, i32::from_be_bytes(corner));

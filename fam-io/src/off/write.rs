@@ -70,7 +70,8 @@ impl Source {
     }
 
     fn write_points(&self, uvs: &[[f32; 2]], out: &mut dyn Write) -> io::Result<()> {
-        self.with_vertex_uvs(uvs).apply(&self.bytes, out)
+        let uvs = self.kept.uvs_of_all(uvs);
+        self.with_vertex_uvs(&uvs).apply(&self.bytes, out)
     }
 
     /// The new keyword, and the UVs of the vertices that are there.

@@ -1,10 +1,11 @@
-//! Finishing as a whole: on surfaces whose answer is known, marked ones, unusual ones, hard ones
-//! and random ones.
+//! Finishing as a whole: on surfaces whose answer is known, marked ones, unusual ones, hard ones,
+//! random ones and scanned ones.
 
 mod hard;
 mod known;
 mod marked;
 mod random;
+mod scans;
 mod unusual;
 
 use std::collections::BTreeSet;

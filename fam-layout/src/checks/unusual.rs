@@ -255,9 +255,13 @@ fn progress_is_told() {
     assert!(seen.windows(2).all(|p| p[0].done <= p[1].done));
     let (first, last) = (seen.first().unwrap(), seen.last().unwrap());
     assert_eq!((first.stage, last.stage), (Stage::Refine, Stage::Pack));
-    assert_eq!((first.done, first.triangles_done), (0, 0));
-    assert_eq!((last.done, last.triangles_done), (2, last.triangles));
-    assert_eq!(last.triangles, mesh.triangles().len());
+    assert_eq!((first.done, first.fraction), (0, 0.0));
+    assert_eq!(last.done, 2);
+    assert!((last.fraction - 1.0).abs() < 1e-9, "{}", last.fraction);
+    assert!(seen.windows(2).all(|p| p[0].fraction <= p[1].fraction));
+    // Also while the larger one is worked on, and not at once.
+    let within = |p: &&Progress| p.done == 0 && (0.1..0.9).contains(&p.fraction);
+    assert!(seen.iter().filter(within).count() > 3);
     for component in 0..2 {
         let reached = |p: &&Progress| p.component == component && p.energy.is_finite();
         assert!(seen.iter().any(|p| reached(&p)));

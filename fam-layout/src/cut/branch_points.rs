@@ -1,3 +1,5 @@
+//! Moving the vertex where three branches of a cut meet to where they are cheapest together.
+
 use super::paths::Start;
 use super::straightening::Straightening;
 

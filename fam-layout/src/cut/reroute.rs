@@ -1,3 +1,5 @@
+//! Moving a branch of a cut to the cheapest path that does the same.
+
 use super::paths::{EdgeGraph, Search, Start};
 use super::segments::{Branch, BranchKind};
 use super::straightening::Straightening;

@@ -272,7 +272,7 @@ fn searched<'a>(
     simplified.patch.forbidden = costs.iter().map(|cost| !cost.is_finite()).collect();
     let simple = &simplified.patch;
     let share = share(budget, patch, simple);
-    let mut coarse = Problem::new(simple, costs, problem.goes_on);
+    let mut coarse = Problem::new(simple, costs, problem.pace);
     let map = match start {
         Start::Map(corners) => Some(carried_map(patch, simple, corners)),
         Start::Nothing | Start::Layout(_) => None,

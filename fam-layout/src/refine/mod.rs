@@ -134,8 +134,7 @@ pub fn refined(
     budget: &mut u64,
     watch: &Watch,
 ) -> Result<Layout, SolveError> {
-    let goes_on = || watch.goes_on();
-    let mut problem = Problem::new(patch, patch.without_forbidden(cost), &goes_on);
+    let mut problem = Problem::new(patch, patch.without_forbidden(cost), watch);
     let report = |energy: f64, seam_length: f64| watch.reaches(energy, seam_length);
     let result = coarse::found(&mut problem, &start, goal, *budget, &report);
     *budget = budget.saturating_sub(problem.work());
@@ -155,8 +154,7 @@ pub fn with_better_angles(
     if layout.energy >= allowed.energy || layout.area_distortion >= allowed.area {
         return layout;
     }
-    let goes_on = || watch.goes_on();
-    let mut problem = Problem::new(patch, patch.lengths.clone(), &goes_on);
+    let mut problem = Problem::new(patch, patch.lengths.clone(), watch);
     problem.injective = true;
     let is_better = |new: &Layout, old: &Layout| {
         let [new, old] = [new, old].map(Layout::distortion);
@@ -189,9 +187,8 @@ pub fn without_regard_to_overlaps(
     budget: &mut u64,
     watch: &Watch,
 ) -> Layout {
-    let goes_on = || watch.goes_on();
     let cost = patch.without_forbidden(crease_costs(patch));
-    let problem = Problem::new(patch, cost, &goes_on);
+    let problem = Problem::new(patch, cost, watch);
     let _ = problem.relax(&mut layout, LAST);
     let limit = (SHARE_OF_FREEDOM * *budget as f64) as u64;
     let mut proceed = |problem: &Problem, _: &Layout| problem.goes_on() && problem.work() < limit;

@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::cut::Cut;
+use crate::pace::Pace;
 use crate::patch::Patch;
 use crate::patch::topology::{Opened, next, previous};
 use crate::simplify::Simplification;
@@ -71,12 +72,12 @@ pub struct Problem<'a> {
     /// The angles of every triangle on the surface.
     angles: Vec<[f64; 3]>,
     work: AtomicU64,
-    /// Whether to look for something better still; asked from any thread.
-    pub goes_on: &'a (dyn Fn() -> bool + Sync),
+    /// Says whether to look for something better still, and is told of every Newton step.
+    pub pace: &'a dyn Pace,
 }
 
 impl<'a> Problem<'a> {
-    pub fn new(patch: &'a Patch, cost: Vec<f64>, goes_on: &'a (dyn Fn() -> bool + Sync)) -> Self {
+    pub fn new(patch: &'a Patch, cost: Vec<f64>, pace: &'a dyn Pace) -> Self {
         let corners: Vec<[[f64; 3]; 3]> = patch
             .topology
             .triangles()
@@ -90,7 +91,7 @@ impl<'a> Problem<'a> {
             rest: RestShapes::new(&corners, Some(1.0)),
             angles: corners.iter().map(|&corners| angles(corners)).collect(),
             work: AtomicU64::new(0),
-            goes_on,
+            pace,
         }
     }
 
@@ -106,7 +107,7 @@ impl<'a> Problem<'a> {
 
     /// Whether to look for something better still.
     pub fn goes_on(&self) -> bool {
-        (self.goes_on)()
+        self.pace.goes_on()
     }
 
     /// How long the cut of a layout is.
@@ -190,7 +191,7 @@ impl<'a> Problem<'a> {
         let mut first = true;
         while simpler.triangles() < count {
             let patch = simpler.simplified(self.patch.scale).patch;
-            let mut problem = Problem::new(&patch, patch.lengths.clone(), self.goes_on);
+            let mut problem = Problem::new(&patch, patch.lengths.clone(), self.pace);
             problem.injective = self.injective;
             let whole = Cut::none(&patch.topology);
             let layout = if first {
@@ -352,7 +353,7 @@ impl<'a> Problem<'a> {
             iterations: effort.iterations,
             relative_decrease: effort.decrease,
             least,
-            goes_on: self.goes_on,
+            pace: self.pace,
         }
     }
 

@@ -93,7 +93,7 @@ impl<'a> Blockwise<'a> {
         let mut energy = mean_energy(self.triangles, self.rest, uv);
         let mut steps = 0;
         for sweep in 0..MOST_SWEEPS.min(stop.iterations.div_ceil(STEPS)) {
-            if steps >= stop.least && !(stop.goes_on)() {
+            if steps >= stop.least && !stop.pace.goes_on() {
                 break;
             }
             self.sweep(uv, sweep, stop);
@@ -253,17 +253,18 @@ mod tests {
     use rand::{RngExt, SeedableRng};
 
     use super::*;
+    use crate::pace::Pace;
     use crate::patch::topology::{Opened, Topology};
     use fam_surface::shapes;
 
-    const GOES_ON: &(dyn Fn() -> bool + Sync) = &|| true;
+    const GOES_ON: &dyn Pace = &|| true;
 
-    fn stop(goes_on: &(dyn Fn() -> bool + Sync)) -> Stop<'_> {
+    fn stop(pace: &dyn Pace) -> Stop<'_> {
         Stop {
             iterations: 12,
             relative_decrease: 1e-9,
             least: 0,
-            goes_on,
+            pace,
         }
     }
 

@@ -6,6 +6,7 @@ use super::energy::Integrals;
 use super::hessian::Hessian;
 use super::orientation::{first_flipped, longest_step};
 use super::rest::RestShapes;
+use crate::pace::Pace;
 
 /// How near parts of the boundary come before they repel each other, in lengths of edges.
 const REACH: f64 = 0.25;
@@ -35,8 +36,8 @@ pub(crate) struct Stop<'a> {
     pub(crate) relative_decrease: f64,
     /// Steps that are taken whether to go on or not.
     pub(crate) least: usize,
-    /// Asked before every other step.
-    pub(crate) goes_on: &'a (dyn Fn() -> bool + Sync),
+    /// Asked before every other step, and told of every step.
+    pub(crate) pace: &'a dyn Pace,
 }
 
 /// Why the solver stopped.
@@ -142,7 +143,7 @@ impl Flattening {
         let mut value = self.value(uv, boundary);
         let mut iterations = 0;
         let outcome = loop {
-            let halted = iterations >= stop.least && !(stop.goes_on)();
+            let halted = iterations >= stop.least && !stop.pace.goes_on();
             if iterations == stop.iterations || halted {
                 break Outcome::OutOfIterations;
             }
@@ -155,6 +156,7 @@ impl Flattening {
                 None => break Outcome::Stuck,
             }
             iterations += 1;
+            stop.pace.works(self.triangles.len());
         };
         Ok(Solved {
             energy: value.integrals.mean(area),

@@ -82,7 +82,7 @@ const STOP: Stop = Stop {
     iterations: 100,
     relative_decrease: 1e-10,
     least: 0,
-    goes_on: &|| true,
+    pace: &|| true,
 };
 
 fn cap(cells: u32) -> Chart {
@@ -139,7 +139,7 @@ fn no_step_is_taken_once_there_are_to_be_no_more() {
     let mut uv = tutte::embed(&chart.topology, &rest).unwrap();
     let asked = AtomicUsize::new(0);
     let two = Stop {
-        goes_on: &|| asked.fetch_add(1, Ordering::Relaxed) < 2,
+        pace: &|| asked.fetch_add(1, Ordering::Relaxed) < 2,
         ..STOP
     };
     let mut flattening = chart.flattening(&rest);
@@ -151,7 +151,7 @@ fn no_step_is_taken_once_there_are_to_be_no_more() {
     assert_eq!(solved.energy, flattening.mean_energy(&uv));
     let three = Stop {
         least: 3,
-        goes_on: &|| false,
+        pace: &|| false,
         ..STOP
     };
     let mut uv = tutte::embed(&chart.topology, &rest).unwrap();

@@ -96,7 +96,7 @@ fn together(
     let mut triangles = [&one.triangles[..], &other.triangles].concat();
     triangles.sort_unstable();
     let own = patch.subset(&triangles);
-    let mut problem = Problem::new(&own, own.without_forbidden(own.lengths.clone()), goes_on);
+    let mut problem = Problem::new(&own, own.without_forbidden(own.lengths.clone()), &goes_on);
     problem.injective = true;
     let layout = problem.flattened(whole_or_disk(&problem), EFFORT).ok()?;
     let is_finite = layout.uv.iter().flatten().all(|c| c.is_finite());

@@ -49,7 +49,7 @@ pub(super) fn laid_out(
     }
     let own = patch.subset(&triangles);
     let cost = own.without_forbidden(own.lengths.clone());
-    let mut problem = Problem::new(&own, cost, goes_on);
+    let mut problem = Problem::new(&own, cost, &goes_on);
     problem.injective = true;
     let plane = facets.get(facet).plane();
     let projected = projected(&problem, plane).and_then(|mut layout| {

@@ -482,7 +482,7 @@ impl<'a> Charts<'a> {
         let corners: Vec<[f64; 2]> = half_edges.map(place).collect();
         let cut = Cut::between(&own.topology, &corners);
         let mut layout = Layout::of(&own.topology, cut, &corners);
-        let mut problem = Problem::new(&own, own.lengths.clone(), goes_on);
+        let mut problem = Problem::new(&own, own.lengths.clone(), &goes_on);
         problem.injective = true;
         if !problem.is_valid(&layout) {
             return None;
