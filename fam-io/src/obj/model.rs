@@ -52,17 +52,17 @@ impl Model {
             }
         }
         let mut numbers = numbers.finish()?;
+        let mut kept = Kept::default();
         if !numbers.positions.is_empty() {
             faces.check(numbers.positions.len())?;
         }
-        let mut kept = Kept::default();
         if faces.vertices.len() == 0 {
             kept = Kept::of(&numbers.positions);
             let total = numbers.positions.len();
             numbers.uvs = of_kept_points(&kept, total, numbers.uvs);
             numbers.normals = of_kept_points(&kept, total, numbers.normals);
             numbers.positions = kept.only(numbers.positions);
-        } else {
+        } else if !numbers.positions.is_empty() {
             numbers.check_finite()?;
             faces.vertices.divide(&numbers.positions);
         }
