@@ -1,7 +1,12 @@
 //! What ends a command early.
 
 use std::fmt;
-use std::process::ExitCode;
+
+/// Exit code of a command that did what it was asked for.
+pub const SUCCESS: u8 = 0;
+
+/// Exit code where the input or the call cannot be worked with.
+pub const USAGE: u8 = 2;
 
 /// One line for standard error, and an exit code.
 #[derive(Debug)]
@@ -32,10 +37,10 @@ impl Failure {
     }
 
     /// The exit code that tells a script which of the two it was.
-    pub fn exit_code(&self) -> ExitCode {
+    pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Input(_) => ExitCode::from(2),
-            Self::Work(_) => ExitCode::from(1),
+            Self::Input(_) => USAGE,
+            Self::Work(_) => 1,
         }
     }
 }

@@ -2,7 +2,9 @@
 
 use std::collections::HashMap;
 
+use burn::module::{AutodiffModule, Module};
 use burn::tensor::{Tensor, TensorData, backend::Backend};
+use burn_autodiff::Autodiff;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -192,6 +194,39 @@ impl<B: Backend> TrainedMap<B> {
     pub fn uvs(&self, points: &[[f64; 3]]) -> Vec<[f32; 2]> {
         let q = self.unplaced(points);
         q.into_iter().map(|q| self.frame.place(q)).collect()
+    }
+
+    /// For each point the derivatives of u and of v by its three coordinates, in UV units per input
+    /// unit. They are zero without the 3D→2D→3D branch, whose place a nearest neighbour takes.
+    pub fn jacobian(&self, points: &[[f64; 3]]) -> Vec<[[f32; 3]; 2]> {
+        if self.config.without == Ablation::UnwrapBranch {
+            return vec![[[0.0; 3]; 2]; points.len()];
+        }
+        let sign = if self.frame.mirrored { -1.0 } else { 1.0 };
+        let unit = 1.0 / (self.normalization.radius as f32 * self.frame.side);
+        let model = FlattenAnything::<Autodiff<B>>::from_inner(self.model.clone()).no_grad();
+        let with_cut = self.config.without != Ablation::CutNet;
+        points
+            .chunks(BATCH / 2)
+            .flat_map(|chunk| {
+                let (p, n) = (self.normalized(chunk), chunk.len());
+                // One backward pass gives both rows: each comes from a copy of the points.
+                let copies = Tensor::cat(vec![p.clone(), p], 0);
+                let copies = Tensor::<Autodiff<B>, 2>::from_inner(copies).require_grad();
+                let q = model.unwrap(copies.clone(), with_cut, &Plain);
+                let u = q.clone().slice([0..n, 0..1]).sum();
+                let v = q.slice([n..2 * n, 1..2]).sum();
+                let gradients = (u + v).backward();
+                let both = copies.grad(&gradients);
+                let both = rows::<B, 3>(both.expect("the UVs depend on every copy of the points"));
+                (0..n)
+                    .map(|i| {
+                        let scaled = |row: [f32; 3], factor: f32| row.map(|c| factor * unit * c);
+                        [scaled(both[i], sign), scaled(both[n + i], 1.0)]
+                    })
+                    .collect::<Vec<_>>()
+            })
+            .collect()
     }
 
     /// How the map was trained.

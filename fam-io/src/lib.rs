@@ -72,7 +72,6 @@ mod options;
 mod parsed;
 pub mod picture;
 pub mod ply;
-mod polygons;
 mod scene;
 pub mod seams;
 pub mod stl;

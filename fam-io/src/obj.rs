@@ -65,10 +65,10 @@ use crate::content::Content;
 use crate::error::ReadFault;
 use crate::kept::Kept;
 use crate::parsed::{Parsed, surface};
-use crate::polygons::Divisions;
 use crate::scene::Scene;
 use crate::uvs::{Uvs, vertex_uvs};
 use colors::Colors;
+use fam_surface::polygons::Divisions;
 pub(crate) use lines::Lines;
 use materials::Libraries;
 use model::Model;
@@ -93,7 +93,7 @@ pub(crate) fn parse(content: Content) -> Result<Parsed<Source>, ReadFault> {
     }
     let labels = model.labels();
     let vertices = model.numbers.positions.len();
-    let is_cloud = model.faces.vertices.len() == 0;
+    let is_cloud = model.faces.vertices.is_empty();
     let normals = if is_cloud {
         model.point_normals().map(<[_]>::to_vec)
     } else {
@@ -234,7 +234,7 @@ mod tests {
             mesh.normals.as_deref(),
             Some(&[[0., 0., 1.], [0., 2., 0.]][..])
         );
-        assert!(mesh.polygons.len() == 0 && mesh.positions.len() == 2);
+        assert!(mesh.polygons.is_empty() && mesh.positions.len() == 2);
     }
 
     #[test]

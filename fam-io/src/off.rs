@@ -37,10 +37,11 @@ use crate::error::ReadFault;
 use crate::kept::Kept;
 use crate::labels::Labels;
 use crate::parsed::{Parsed, surface};
-use crate::polygons::{Polygons, vertex};
 use crate::scene::{Mesh, Scene, corner_normals};
+use crate::text::vertex;
 use crate::text::{self, coordinate, excerpt, syntax};
 use crate::uvs::vertex_uvs;
+use fam_surface::polygons::Polygons;
 use rows::{Letters, Row, keyword, rows};
 
 /// An OFF file, to be written back.

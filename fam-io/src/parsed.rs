@@ -3,9 +3,9 @@
 use fam_surface::{PointCloud, Surface, SurfaceError, TriangleMesh};
 
 use crate::labels::Labels;
-use crate::polygons::Polygons;
 use crate::uvs::Uvs;
 use crate::warning::Warning;
+use fam_surface::polygons::Polygons;
 
 /// What a reader makes of a file: `S` is what its writer needs.
 pub(crate) struct Parsed<S> {

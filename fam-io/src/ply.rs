@@ -40,8 +40,8 @@ use crate::error::ReadFault;
 use crate::kept::Kept;
 use crate::labels::Labels;
 use crate::parsed::{Parsed, surface};
-use crate::polygons::Polygons;
 use crate::uvs::vertex_uvs;
+use fam_surface::polygons::Polygons;
 use header::Header;
 pub(crate) use records::{Block, Records};
 pub(crate) use source::Source;
@@ -73,7 +73,7 @@ pub(crate) fn parse(bytes: Vec<u8>) -> Result<Parsed<Source>, ReadFault> {
         .map(|uvs| uvs.into_iter().map(|uv| uv.map(|c| c as f32)).collect());
 
     (source.faces, source.polygons) = source.read_faces(positions.len())?;
-    if source.polygons.len() == 0 {
+    if source.polygons.is_empty() {
         source.kept = Kept::of(&positions);
         source.check_left_out(xyz)?;
     }

@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use fam_surface::Surface;
 
-use crate::polygons::Polygons;
+use fam_surface::polygons::Polygons;
 
 /// Meshes or points, and where they are.
 ///

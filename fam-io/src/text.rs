@@ -189,6 +189,18 @@ pub(crate) fn coordinate(word: &[u8], line: usize) -> Result<f64, ReadFault> {
     }
 }
 
+/// A vertex of a face by its index in a file that counts from 0.
+pub(crate) fn vertex(index: i64, face: usize, count: usize) -> Result<u32, ReadFault> {
+    let exists = usize::try_from(index).is_ok_and(|index| index < count);
+    let vertex = u32::try_from(index).ok().filter(|_| exists);
+    vertex.ok_or(ReadFault::VertexOutOfRange {
+        face,
+        index,
+        count,
+        numbering: ", numbered from 0",
+    })
+}
+
 /// A fault at a line.
 pub(crate) fn syntax(line: usize, problem: impl Into<String>) -> ReadFault {
     let problem = problem.into();

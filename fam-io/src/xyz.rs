@@ -27,11 +27,11 @@ use crate::error::ReadFault;
 use crate::kept::{self, NO_UV};
 use crate::labels::Labels;
 use crate::parsed::{Parsed, surface};
-use crate::polygons::Polygons;
 use crate::scene::Scene;
 use crate::text::{self, Edits, Line, lines, words};
 use crate::uvs::{Uvs, vertex_uvs};
 use crate::warning::Warning;
+use fam_surface::polygons::Polygons;
 
 const UNIT_TOLERANCE: f64 = 1e-2;
 

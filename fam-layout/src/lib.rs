@@ -62,6 +62,7 @@ use serde::{Deserialize, Serialize};
 
 pub use distortion::{Distortion, Measure};
 pub use marks::Marks;
+pub use pack::repack::{Repacked, repacked};
 pub use surface::{lay_out, lay_out_cloud};
 
 use fam_surface::{Components, UvMap};

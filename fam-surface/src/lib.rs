@@ -3,6 +3,8 @@
 //!
 //! - [`TriangleMesh`], [`PointCloud`], [`Surface`], [`UvMap`]: the data;
 //! - [`Components`]: the connected pieces of a mesh, ready to be flattened;
+//! - [`polygons`]: faces of any number of corners, and the triangles that they become;
+//! - [`charts`]: the connected pieces of a UV map;
 //! - [`metrics`] and [`seams`]: how good a UV map is, and where it cuts;
 //! - [`neighbors`]: nearest points;
 //! - [`shapes`]: surfaces made by formula.
@@ -11,9 +13,11 @@
 //! keep their precision; training works on a normalised `f32` copy
 //! (see [`Normalization`]). Indices are zero-based.
 
+pub mod charts;
 mod components;
 mod crowding;
 pub mod degenerate;
+mod ears;
 mod edges;
 mod fans;
 mod joining;
@@ -25,6 +29,7 @@ mod normalization;
 pub mod orientation;
 pub mod plane;
 mod point_cloud;
+pub mod polygons;
 pub mod seams;
 pub mod sets;
 pub mod shapes;

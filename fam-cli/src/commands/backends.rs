@@ -1,11 +1,9 @@
-use std::process::ExitCode;
-
 use crate::args::BackendName;
 use crate::backend::Backend;
-use crate::failure::Failure;
+use crate::failure::{Failure, SUCCESS};
 
 /// Prints the backends compiled in, the adapters found, and what `auto` takes.
-pub fn backends() -> Result<ExitCode, Failure> {
+pub fn backends() -> Result<u8, Failure> {
     #[cfg(feature = "flex")]
     println!("flex     the CPU");
     #[cfg(feature = "ndarray")]
@@ -31,5 +29,5 @@ pub fn backends() -> Result<ExitCode, Failure> {
         None => println!("cuda     no device found"),
     }
     println!("auto     takes {}", Backend::choose(BackendName::Auto)?);
-    Ok(ExitCode::SUCCESS)
+    Ok(SUCCESS)
 }

@@ -1,5 +1,4 @@
 use std::path::Path;
-use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use burn::tensor::backend::AutodiffBackend;
@@ -11,12 +10,12 @@ use fam_surface::Surface;
 
 use crate::args;
 use crate::backend::{Backend, Job};
-use crate::failure::Failure;
+use crate::failure::{Failure, SUCCESS};
 use crate::interrupt::{INTERRUPTED, stop_on_interrupt};
 use crate::parting::parting;
 
 /// UVs of a file's points from a trained model.
-pub fn map(arguments: &args::Map) -> Result<ExitCode, Failure> {
+pub fn map(arguments: &args::Map) -> Result<u8, Failure> {
     let fail = |reason: String| Failure::input(format!("{}: {reason}", arguments.model.display()));
     let model = std::fs::read(&arguments.model).map_err(|error| fail(error.to_string()))?;
     let backend = Backend::choose(arguments.backend)?;
@@ -46,10 +45,10 @@ pub fn map(arguments: &args::Map) -> Result<ExitCode, Failure> {
             })
             .map_err(fail)?;
         return match copied {
-            Ok(()) => Ok(ExitCode::SUCCESS),
+            Ok(()) => Ok(SUCCESS),
             Err(StreamError::Read(error)) => Err(Failure::input(error)),
             Err(StreamError::Write(error)) => Err(Failure::work(error)),
-            Err(StreamError::BrokenOff) => Ok(ExitCode::from(INTERRUPTED)),
+            Err(StreamError::BrokenOff) => Ok(INTERRUPTED),
         };
     }
     let document = fam_io::read_surface(&arguments.input).map_err(Failure::input)?;
@@ -73,7 +72,7 @@ pub fn map(arguments: &args::Map) -> Result<ExitCode, Failure> {
         }
         _ => Failure::work(error),
     })?;
-    Ok(ExitCode::SUCCESS)
+    Ok(SUCCESS)
 }
 
 /// A cloud of any size, in the format that it has.

@@ -1,13 +1,11 @@
-use std::process::ExitCode;
-
 use fam_surface::Surface;
 use fam_surface::metrics::Metrics;
 
 use crate::args;
-use crate::failure::Failure;
+use crate::failure::{Failure, SUCCESS};
 
 /// Prints the quality of the UVs that a mesh has.
-pub fn metrics(arguments: &args::Metrics) -> Result<ExitCode, Failure> {
+pub fn metrics(arguments: &args::Metrics) -> Result<u8, Failure> {
     let document = fam_io::read_surface(&arguments.input).map_err(Failure::input)?;
     let fail = |reason: &dyn std::fmt::Display| {
         Failure::input(format!("{}: {reason}", arguments.input.display()))
@@ -25,5 +23,5 @@ pub fn metrics(arguments: &args::Metrics) -> Result<ExitCode, Failure> {
     } else {
         println!("{metrics}");
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(SUCCESS)
 }

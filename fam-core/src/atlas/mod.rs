@@ -41,6 +41,14 @@ impl<B: Backend> ComponentMap<B> {
             Self::Trained(map) => map.uvs(points),
         }
     }
+
+    /// For each point the derivatives of u and of v, before they are placed, by its coordinates.
+    pub fn jacobian(&self, points: &[[f64; 3]]) -> Vec<[[f32; 3]; 2]> {
+        match self {
+            Self::Projected(projection) => vec![projection.jacobian(); points.len()],
+            Self::Trained(map) => map.jacobian(points),
+        }
+    }
 }
 
 /// The maps of all components of a surface.
@@ -64,23 +72,44 @@ impl<B: Backend> Chart<B> {
         let uvs = self.map.uvs(points);
         uvs.into_iter().map(|q| self.placement.place(q)).collect()
     }
+
+    fn jacobian(&self, points: &[[f64; 3]]) -> Vec<[[f32; 3]; 2]> {
+        let rows = self.map.jacobian(points).into_iter();
+        rows.map(|rows| rows.map(|row| row.map(|c| self.placement.scale * c)))
+            .collect()
+    }
 }
 
 impl<B: Backend> Atlas<B> {
     /// UVs of any points in input units; each by the map of the component nearest to it.
     pub fn uvs(&self, points: &[[f64; 3]]) -> Vec<[f32; 2]> {
+        self.of_nearest_charts(points, Chart::uvs)
+    }
+
+    /// For any points in input units the derivatives of u and of v by their coordinates, in UV
+    /// units per input unit; each by the map of the component nearest to it.
+    pub fn jacobian(&self, points: &[[f64; 3]]) -> Vec<[[f32; 3]; 2]> {
+        self.of_nearest_charts(points, Chart::jacobian)
+    }
+
+    /// What the chart nearest to each point makes of it.
+    fn of_nearest_charts<T: Copy + Default>(
+        &self,
+        points: &[[f64; 3]],
+        of: impl Fn(&Chart<B>, &[[f64; 3]]) -> Vec<T>,
+    ) -> Vec<T> {
         let mut own: Vec<Vec<usize>> = vec![Vec::new(); self.charts.len()];
         for (i, chart) in self.nearest_charts(points).into_iter().enumerate() {
             own[chart].push(i);
         }
-        let mut uvs = vec![[0.0; 2]; points.len()];
+        let mut found = vec![T::default(); points.len()];
         for (chart, own) in self.charts.iter().zip(own) {
             let positions: Vec<_> = own.iter().map(|&i| points[i]).collect();
-            for (i, uv) in own.into_iter().zip(chart.uvs(&positions)) {
-                uvs[i] = uv;
+            for (i, value) in own.into_iter().zip(of(chart, &positions)) {
+                found[i] = value;
             }
         }
-        uvs
+        found
     }
 
     /// UVs of a mesh, which need not be the one that was flattened: every component of it by

@@ -65,6 +65,11 @@ impl Projection {
         let project = |&p: &[f64; 3]| self.axes.map(|axis| dot(sub(p, self.origin), axis) as f32);
         points.iter().map(project).collect()
     }
+
+    /// The derivatives of u and of v by the coordinates of a point, the same everywhere.
+    pub fn jacobian(&self) -> [[f32; 3]; 2] {
+        self.axes.map(|axis| axis.map(|c| c as f32))
+    }
 }
 
 /// The longest offset of a vertex from a point.

@@ -195,6 +195,34 @@ fn seams_are_those_of_the_trained_components_by_the_vertices_of_the_whole() {
     assert!((1.5..2.6).contains(&ratio), "{ratio}");
 }
 
+/// Against central differences, on flat and on trained components, which have other scales.
+#[test]
+fn the_jacobian_is_that_of_the_uvs() {
+    let mesh = four();
+    let flattened = run(&mesh, Division::default(), |_| ControlFlow::Continue(()));
+    let components = flattened.components.as_ref().unwrap();
+    for component in &components.list {
+        let point = component.mesh.positions()[1];
+        let [[u, v]] = flattened.atlas.jacobian(&[point])[..] else {
+            panic!("a point has two rows");
+        };
+        let step = 1e-2;
+        for axis in 0..3 {
+            let at = |side: f64| {
+                let mut moved = point;
+                moved[axis] += side * step;
+                flattened.atlas.uvs(&[moved])[0].map(f64::from)
+            };
+            let (high, low) = (at(1.0), at(-1.0));
+            let quotient = [0, 1].map(|k| (high[k] - low[k]) / (2.0 * step));
+            for (found, expected) in [u[axis], v[axis]].into_iter().zip(quotient) {
+                let found = f64::from(found);
+                assert!((found - expected).abs() < 2e-3, "{found}, not {expected}");
+            }
+        }
+    }
+}
+
 #[test]
 fn a_cloud_is_one_component() {
     let points = shapes::torus(1.0, 0.4, 16, 10).positions().to_vec();

@@ -26,8 +26,8 @@ use crate::color::unit_color;
 use crate::error::WriteFault;
 use crate::format::Format;
 use crate::gltf::{Package, center, check_uv_set};
-use crate::polygons::Division;
 use crate::scene::{Image, Material, Scene};
+use fam_surface::polygons::Division;
 
 use super::job::Export;
 use super::materials::image_type;

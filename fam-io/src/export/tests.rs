@@ -7,9 +7,9 @@ use fam_surface::{Surface, UvMap};
 use super::*;
 use crate::document::Document;
 use crate::options::WriteOptions;
-use crate::polygons::Polygons;
 use crate::scene::{IDENTITY, Image, Material, Mesh, Node, Scene};
 use crate::uvs::Uvs;
+use fam_surface::polygons::Polygons;
 
 const PNG: &[u8] = b"\x89PNG\r\n\x1a\n, or at least its signature";
 

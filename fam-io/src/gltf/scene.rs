@@ -11,8 +11,8 @@ use super::geometry::{Geometry, Pool};
 use super::images;
 use super::package::Package;
 use super::read::{name, vectors};
-use crate::polygons::Polygons;
 use crate::scene::{Image, Material, Mesh, Node, Scene};
+use fam_surface::polygons::Polygons;
 
 /// The meshes in their own coordinates, the nodes that use them, and the materials.
 pub(super) fn scene(

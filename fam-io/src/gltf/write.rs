@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use super::geometry::{Attribute, Geometry, Pool, Primitive};
 use super::package::Package;
 use super::tangents::depend_on;
-use crate::polygons::{Polygons, Split};
+use fam_surface::polygons::{Polygons, Split};
 
 /// Puts UVs into a document. What it adds is at the end of the lists.
 pub(super) struct UvWriter<'a> {

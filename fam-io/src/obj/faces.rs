@@ -3,9 +3,9 @@
 use fam_surface::{UvMap, vector};
 
 use crate::error::ReadFault;
-use crate::polygons::Polygons;
 use crate::text::{excerpt, syntax};
 use crate::uvs::Uvs;
+use fam_surface::polygons::Polygons;
 
 use super::corner::Corner;
 use super::statements::Statement;

@@ -56,7 +56,7 @@ impl Model {
         if !numbers.positions.is_empty() {
             faces.check(numbers.positions.len())?;
         }
-        if faces.vertices.len() == 0 {
+        if faces.vertices.is_empty() {
             kept = Kept::of(&numbers.positions);
             let total = numbers.positions.len();
             numbers.uvs = of_kept_points(&kept, total, numbers.uvs);

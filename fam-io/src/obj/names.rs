@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::iter::repeat_n;
 
-use crate::polygons::Polygons;
+use fam_surface::polygons::Polygons;
 
 use super::statements::decode;
 

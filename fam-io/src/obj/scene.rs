@@ -13,7 +13,7 @@ pub(super) fn scene(
     colors: Option<Vec<[f32; 4]>>,
     materials: Vec<Material>,
 ) -> Scene {
-    let is_cloud = model.faces.vertices.len() == 0;
+    let is_cloud = model.faces.vertices.is_empty();
     let normals = if is_cloud {
         model
             .point_normals()

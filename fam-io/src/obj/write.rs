@@ -4,8 +4,8 @@ use std::io::{self, BufRead, Write};
 
 use fam_surface::UvMap;
 
-use crate::polygons::{Divisions, Piece, Pieces};
 use crate::text;
+use fam_surface::polygons::{Divisions, Piece, Pieces};
 
 use super::corner::Corner;
 use super::statements::{Fingerprint, Statement, Statements};
@@ -38,7 +38,7 @@ pub(super) fn mesh(
                 }
                 let division = divisions.of(face, statement.arguments().len());
                 face += 1;
-                if division.len() > pieces.remaining() {
+                if division.count() > pieces.remaining() {
                     return Err(changed());
                 }
                 buffer.clear();

@@ -7,9 +7,9 @@ use fam_surface::UvMap;
 
 use super::Source;
 use super::rows::Row;
-use crate::polygons::Split;
 use crate::text::{self, Edits};
 use crate::uvs::Uvs;
+use fam_surface::polygons::Split;
 
 impl Source {
     pub fn write(&self, uvs: &Uvs, out: &mut dyn Write) -> io::Result<()> {

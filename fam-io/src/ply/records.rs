@@ -8,7 +8,7 @@ use super::source::{Faces, Source};
 use super::write::{Changes, Vertices};
 use crate::error::ReadFault;
 use crate::kept::Kept;
-use crate::polygons::Polygons;
+use fam_surface::polygons::Polygons;
 
 /// Longest header that is looked for.
 const LONGEST_HEADER: u64 = 1 << 20;

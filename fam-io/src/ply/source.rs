@@ -9,9 +9,10 @@ use super::header::{Element, Header, Kind, Scalar};
 use crate::color::linear_color;
 use crate::error::ReadFault;
 use crate::kept::Kept;
-use crate::polygons::{Polygons, vertex};
 use crate::scene::{Mesh, Scene, corner_normals};
+use crate::text::vertex;
 use crate::uvs::Uvs;
+use fam_surface::polygons::Polygons;
 
 pub(super) const UV_NAMES: [[&str; 2]; 3] = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]];
 pub(super) const CORNER_UVS: &str = "texcoord";

@@ -6,9 +6,9 @@ use fam_surface::UvMap;
 
 use super::header::{Element, Encoding, Kind, Scalar};
 use super::source::{CORNER_UVS, Faces, Source, UV_NAMES};
-use crate::polygons::{Pieces, Split};
 use crate::text::{Edits, line_end};
 use crate::uvs::Uvs;
+use fam_surface::polygons::{Pieces, Split};
 
 /// A face to be written, or the part of one.
 pub(super) struct Face {

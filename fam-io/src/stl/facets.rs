@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::polygons::Polygons;
+use fam_surface::polygons::Polygons;
 
 /// Facets with their equal corners made one.
 #[derive(Default)]

@@ -9,6 +9,7 @@ mod hull;
 mod mask;
 mod occupancy;
 mod piece;
+pub mod repack;
 mod round;
 mod search;
 #[cfg(test)]

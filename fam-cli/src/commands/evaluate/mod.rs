@@ -3,7 +3,6 @@ mod table;
 mod trial;
 
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 
 use fam_io::atomic::write_atomically;
@@ -11,7 +10,7 @@ use fam_io::atomic::write_atomically;
 use crate::args;
 use crate::backend::Backend;
 use crate::config::Config;
-use crate::failure::Failure;
+use crate::failure::{Failure, SUCCESS};
 use crate::inputs::Inputs;
 use crate::interrupt::{INTERRUPTED, stop_on_interrupt};
 use crate::machine;
@@ -20,7 +19,7 @@ use table::{Outcome, Row, Table};
 use trial::{Source, Trial};
 
 /// Trains on meshes, finishes each in several ways and writes a table of what came of it.
-pub fn evaluate(arguments: &args::Evaluate) -> Result<ExitCode, Failure> {
+pub fn evaluate(arguments: &args::Evaluate) -> Result<u8, Failure> {
     let reference = match &arguments.reference {
         Some(path) => Reference::read(path)?,
         None => Reference::default(),
@@ -67,10 +66,10 @@ pub fn evaluate(arguments: &args::Evaluate) -> Result<ExitCode, Failure> {
     save(arguments, &table)?;
     print(arguments, &table)?;
     if stop.load(Ordering::Relaxed) {
-        return Ok(ExitCode::from(INTERRUPTED));
+        return Ok(INTERRUPTED);
     }
     match table.failed() {
-        0 => Ok(ExitCode::SUCCESS),
+        0 => Ok(SUCCESS),
         failed => Err(Failure::Work(format!(
             "{failed} of {} meshes failed",
             table.len()

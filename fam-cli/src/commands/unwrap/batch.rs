@@ -1,5 +1,4 @@
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 
 use serde_json::json;
@@ -7,7 +6,7 @@ use serde_json::json;
 use super::run::Run;
 use super::stem;
 use crate::batch::{Row, Table};
-use crate::failure::Failure;
+use crate::failure::{Failure, SUCCESS};
 use crate::interrupt::INTERRUPTED;
 
 impl Run {
@@ -16,7 +15,7 @@ impl Run {
         &self,
         files: &[(PathBuf, PathBuf)],
         failed: Vec<(PathBuf, String)>,
-    ) -> Result<ExitCode, Failure> {
+    ) -> Result<u8, Failure> {
         let root = self.arguments.out.clone().unwrap_or_default();
         let mut table = Table::default();
         for (path, reason) in failed {
@@ -42,10 +41,10 @@ impl Run {
             print!("{table}");
         }
         if self.stop.load(Ordering::Relaxed) {
-            return Ok(ExitCode::from(INTERRUPTED));
+            return Ok(INTERRUPTED);
         }
         match table.failed() {
-            0 => Ok(ExitCode::SUCCESS),
+            0 => Ok(SUCCESS),
             failed => Err(Failure::Work(format!(
                 "{failed} of {} files failed",
                 table.len()

@@ -4,7 +4,6 @@ mod run;
 mod summary;
 
 use std::path::Path;
-use std::process::ExitCode;
 
 use fam::Method;
 use fam_io::Document;
@@ -16,7 +15,7 @@ use crate::inputs::Inputs;
 use run::Run;
 
 /// Writes surfaces with UVs and all that goes with them.
-pub fn unwrap(arguments: args::Unwrap) -> Result<ExitCode, Failure> {
+pub fn unwrap(arguments: args::Unwrap) -> Result<u8, Failure> {
     match Inputs::collect(&arguments.inputs, arguments.out.as_deref())? {
         Inputs::Sample => {
             let mut run = Run::new(arguments)?;

@@ -1,5 +1,4 @@
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -18,7 +17,7 @@ use crate::args;
 use crate::args::BackendName;
 use crate::backend::{Backend, Job};
 use crate::config::{self, Config};
-use crate::failure::Failure;
+use crate::failure::{Failure, SUCCESS};
 use crate::interrupt::{INTERRUPTED, stop_on_interrupt};
 use crate::marks::MarkFiles;
 use crate::output::{Output, Results};
@@ -67,7 +66,7 @@ impl Run {
         input: &str,
         stem: &str,
         path: Option<&Path>,
-    ) -> Result<ExitCode, Failure> {
+    ) -> Result<u8, Failure> {
         let folder = self.arguments.out.clone();
         let folder = folder.unwrap_or_else(|| PathBuf::from(format!("{stem}.fam")));
         let output = self.output(document, stem, &folder);
@@ -76,8 +75,8 @@ impl Run {
             Some(error) => Err(Failure::Work(format!(
                 "{input}: {error}; the last good weights were written"
             ))),
-            None if done.interrupted => Ok(ExitCode::from(INTERRUPTED)),
-            None => Ok(ExitCode::SUCCESS),
+            None if done.interrupted => Ok(INTERRUPTED),
+            None => Ok(SUCCESS),
         }
     }
 

@@ -6,8 +6,9 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use fam_surface::vector::{add, cross, sub};
 use robust::{Coord, orient2d};
+
+use crate::vector::{add, cross, sub};
 
 /// Of the area of a polygon, the share by which the triangles of its fan may exceed it and count
 /// as not folded: coordinates in single precision are not rounded more.
@@ -20,7 +21,7 @@ const MOST_COMPARISONS: usize = 1_000_000_000;
 /// fan around the first corner does as well.
 ///
 /// A polygon that is not flat is seen along the axis to which it is turned most.
-pub(super) fn ears(corners: &[[f64; 3]]) -> Option<Vec<[u32; 3]>> {
+pub fn ears(corners: &[[f64; 3]]) -> Option<Vec<[u32; 3]>> {
     if corners.len() < 4 {
         return None;
     }

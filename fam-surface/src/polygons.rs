@@ -1,17 +1,14 @@
 //! Faces of any number of corners, the triangles they become, and how UVs given per triangle go
 //! back to them.
 
-mod ears;
-
 use std::collections::{BTreeMap, HashMap};
 
-use fam_surface::UvMap;
-
-use crate::error::ReadFault;
+use crate::ears::ears;
+use crate::uv_map::UvMap;
 
 /// The faces of a mesh, as lists of vertices.
 #[derive(Debug, Default, Clone, PartialEq)]
-pub(crate) struct Polygons {
+pub struct Polygons {
     corners: Vec<u32>,
     ends: Vec<usize>,
     divisions: Divisions,
@@ -20,11 +17,11 @@ pub(crate) struct Polygons {
 /// How the faces that are no fans become triangles: for the number of a face, its triangles by
 /// the numbers of its corners.
 #[derive(Debug, Default, Clone, PartialEq)]
-pub(crate) struct Divisions(BTreeMap<usize, Vec<[u32; 3]>>);
+pub struct Divisions(BTreeMap<usize, Vec<[u32; 3]>>);
 
 /// The triangles of one face.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Division<'a> {
+pub struct Division<'a> {
     corners: usize,
     /// Of a face that is no fan.
     triangles: Option<&'a [[u32; 3]]>,
@@ -44,7 +41,7 @@ impl Polygons {
     pub fn divide(&mut self, positions: &[[f64; 3]]) {
         let divided = |(face, corners): (usize, &[u32])| {
             let corners: Vec<_> = corners.iter().map(|&v| positions[v as usize]).collect();
-            Some((face, ears::ears(&corners)?))
+            Some((face, ears(&corners)?))
         };
         self.divisions = Divisions(self.iter().enumerate().filter_map(divided).collect());
     }
@@ -52,6 +49,11 @@ impl Polygons {
     /// The number of faces.
     pub fn len(&self) -> usize {
         self.ends.len()
+    }
+
+    /// Whether there are no faces.
+    pub fn is_empty(&self) -> bool {
+        self.ends.is_empty()
     }
 
     /// The corners of all faces, in order.
@@ -142,13 +144,13 @@ impl<'a> Division<'a> {
     };
 
     /// How many triangles there are.
-    pub fn len(self) -> usize {
+    pub fn count(self) -> usize {
         self.corners - 2
     }
 
     /// The triangles by the numbers of the face's corners.
     pub fn corners(self) -> impl Iterator<Item = [usize; 3]> + 'a {
-        (0..self.len()).map(move |k| match self.triangles {
+        (0..self.count()).map(move |k| match self.triangles {
             Some(triangles) => triangles[k].map(|corner| corner as usize),
             None => [0, k + 1, k + 2],
         })
@@ -161,28 +163,17 @@ impl<'a> Division<'a> {
     }
 }
 
-/// A vertex of a face by its index in a file that counts from 0.
-pub(crate) fn vertex(index: i64, face: usize, count: usize) -> Result<u32, ReadFault> {
-    let exists = usize::try_from(index).is_ok_and(|index| index < count);
-    let vertex = u32::try_from(index).ok().filter(|_| exists);
-    vertex.ok_or(ReadFault::VertexOutOfRange {
-        face,
-        index,
-        count,
-        numbering: ", numbered from 0",
-    })
-}
-
 /// Part of a polygon: which of its corners, each with the index of its UV.
-pub(crate) type Piece = Vec<(usize, u32)>;
+pub type Piece = Vec<(usize, u32)>;
 
 /// Deals the UV triangles of a mesh out to its polygons, in order.
-pub(crate) struct Pieces<'a> {
+pub struct Pieces<'a> {
     uvs: &'a UvMap,
     used: usize,
 }
 
 impl<'a> Pieces<'a> {
+    /// Deals out the triangles of a map, from the first on.
     pub fn of(uvs: &'a UvMap) -> Self {
         Self { uvs, used: 0 }
     }
@@ -195,7 +186,7 @@ impl<'a> Pieces<'a> {
     /// The next polygon, divided in this way: in one piece, or as its triangles if their UVs
     /// disagree at a shared corner (a seam along a diagonal of the polygon).
     pub fn next(&mut self, division: Division) -> Vec<Piece> {
-        let triangles = &self.uvs.triangles()[self.used..self.used + division.len()];
+        let triangles = &self.uvs.triangles()[self.used..self.used + division.count()];
         self.used += triangles.len();
         let uv = |index: u32| self.uvs.uvs()[index as usize];
         let mut whole: Vec<Option<u32>> = vec![None; division.corners];
@@ -215,7 +206,7 @@ impl<'a> Pieces<'a> {
 }
 
 /// A mesh with exactly one UV per vertex: vertices on a seam are there several times.
-pub(crate) struct Split {
+pub struct Split {
     /// The UVs of the original vertices and then of the added ones; zero for a vertex that
     /// is in no face.
     pub uvs: Vec<[f32; 2]>,

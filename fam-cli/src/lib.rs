@@ -1,0 +1,61 @@
+//! `fam`: UVs for any mesh or point cloud. The program as a function.
+
+mod args;
+mod backend;
+mod batch;
+mod commands;
+mod config;
+mod failure;
+mod inputs;
+mod interrupt;
+mod machine;
+mod marks;
+mod output;
+mod parting;
+mod progress;
+mod time;
+
+use std::ffi::OsString;
+
+use clap::Parser;
+
+use args::{Arguments, Command};
+use failure::{Failure, USAGE};
+
+/// Runs the program with arguments, of which the first is its name. Returns the exit code: 0 done, 1
+/// the work failed, 2 bad input or usage, 130 interrupted.
+///
+/// Ctrl-C is the program's from then on, and the threads of `rayon` are set up: it is for a process
+/// that does nothing else.
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let arguments = match Arguments::try_parse_from(arguments) {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            // Nothing is left to be done where the terminal is gone.
+            let _ = error.print();
+            return u8::try_from(error.exit_code()).unwrap_or(USAGE);
+        }
+    };
+    let result = share_work().and_then(|()| match arguments.command {
+        None => commands::unwrap(args::Unwrap::default()),
+        Some(Command::Unwrap(arguments)) => commands::unwrap(arguments),
+        Some(Command::Map(arguments)) => commands::map(&arguments),
+        Some(Command::Metrics(arguments)) => commands::metrics(&arguments),
+        Some(Command::Evaluate(arguments)) => commands::evaluate(&arguments),
+        Some(Command::Bench(arguments)) => commands::bench(&arguments),
+        Some(Command::Backends) => commands::backends(),
+    });
+    result.unwrap_or_else(|failure| {
+        eprintln!("fam: {failure}");
+        failure.exit_code()
+    })
+}
+
+/// Makes this thread, which trains one map at a time, one of those that share the work of its steps: it
+/// need not wake another for each of a hundred small pieces of a step, nor wait until that is awake.
+fn share_work() -> Result<(), Failure> {
+    let threads = rayon::ThreadPoolBuilder::new().use_current_thread();
+    threads
+        .build_global()
+        .map_err(|error| Failure::work(format!("cannot start threads: {error}")))
+}

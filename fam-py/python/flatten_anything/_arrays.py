@@ -1,0 +1,133 @@
+"""Arrays of users, checked and made contiguous."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ._errors import InputError
+
+Floats = npt.NDArray[np.float64]
+Singles = npt.NDArray[np.float32]
+Indices = npt.NDArray[np.uint32]
+
+#: Faces: an array `[M, K]` of vertices, or a sequence of faces of any number of corners.
+FacesLike = npt.ArrayLike | Sequence[Sequence[int]]
+
+
+class Faces(NamedTuple):
+    """Faces as the native part takes them."""
+
+    corners: Indices
+    """The vertices of all corners, face by face."""
+    sizes: Indices | None
+    """How many corners every face has; none if all have three."""
+    width: int | None
+    """How many corners all faces have; none if not all have as many."""
+
+    def __len__(self) -> int:
+        """Return the number of faces."""
+        return len(self.corners) // 3 if self.sizes is None else len(self.sizes)
+
+
+def points(of: npt.ArrayLike, name: str) -> Floats:
+    """Return coordinates `[N, 3]`, all finite."""
+    array = numbers(of, name)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise InputError(f"{name} must have the shape [N, 3], not {list(array.shape)}")
+    if not np.isfinite(array).all():
+        bad = int(np.flatnonzero(~np.isfinite(array).all(axis=1))[0])
+        raise InputError(f"{name}[{bad}] has a coordinate that is not a finite number")
+    return array
+
+
+def numbers(of: npt.ArrayLike, name: str) -> Floats:
+    """Return any array of numbers in double precision."""
+    try:
+        array = np.asarray(of)
+    except ValueError as error:
+        raise InputError(f"{name} is no array of numbers: {error}") from None
+    if array.dtype.kind not in "fiu":
+        raise InputError(f"{name} is no array of numbers, but of {array.dtype}")
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def indices(of: npt.ArrayLike, name: str, below: int | None = None) -> Indices:
+    """Return any array of integers from 0 on, and smaller than `below`."""
+    try:
+        array = np.asarray(of)
+    except ValueError as error:
+        raise InputError(f"{name} is no array of integers: {error}") from None
+    if array.size == 0:
+        array = array.astype(np.uint32)
+    if array.dtype.kind not in "iu":
+        raise InputError(f"{name} must be integers, not {array.dtype}")
+    if array.size:
+        low, high = int(array.min()), int(array.max())
+        limit = 1 << 32 if below is None else below
+        if low < 0:
+            raise InputError(f"{name} has the index {low}, but they count from 0")
+        if high >= limit:
+            raise InputError(f"{name} has the index {high}, but there are only {limit}")
+    return np.ascontiguousarray(array, dtype=np.uint32)
+
+
+def faces(of: FacesLike, vertices: int, name: str = "faces") -> Faces:
+    """Return faces of three and more corners."""
+    rows: Any = of
+    if not isinstance(rows, np.ndarray):
+        rows = list(rows) if isinstance(rows, Sequence) else np.asarray(rows)
+    if isinstance(rows, list) and len({np.size(row) for row in rows}) > 1:
+        counts = np.array([np.size(row) for row in rows], dtype=np.uint32)
+        if counts.min() < 3:
+            bad = int(np.flatnonzero(counts < 3)[0])
+            raise InputError(f"{name}[{bad}] has fewer than three corners")
+        joined = np.concatenate([np.asarray(row).reshape(-1) for row in rows])
+        return Faces(indices(joined, name, vertices), counts, None)
+    array = indices(rows, name, vertices)
+    if array.size == 0:
+        raise InputError(f"{name} is empty: a cloud of points takes unwrap_points")
+    if array.ndim != 2 or array.shape[1] < 3:
+        raise InputError(f"{name} must have the shape [M, 3], not {list(array.shape)}")
+    count, width = array.shape
+    sizes = None if width == 3 else np.full(count, width, dtype=np.uint32)
+    return Faces(array.reshape(-1), sizes, width)
+
+
+def edges(of: npt.ArrayLike | None, vertices: int, name: str) -> Indices:
+    """Return pairs of vertices `[K, 2]`."""
+    if of is None:
+        return np.empty((0, 2), dtype=np.uint32)
+    array = indices(of, name, vertices)
+    if array.size == 0:
+        return np.empty((0, 2), dtype=np.uint32)
+    if array.ndim != 2 or array.shape[1] != 2:
+        raise InputError(f"{name} must have the shape [K, 2], not {list(array.shape)}")
+    return array
+
+
+def per_face(of: npt.ArrayLike | None, count: int, name: str) -> list[int] | None:
+    """Return a number for every face: any integers become 0, 1, 2… in ascending order."""
+    if of is None:
+        return None
+    array = np.asarray(of)
+    if array.dtype.kind not in "iub" or array.shape != (count,):
+        raise InputError(f"{name} must be one integer for each of the {count} faces")
+    _, numbered = np.unique(array, return_inverse=True)
+    found: list[int] = numbered.reshape(-1).tolist()
+    return found
+
+
+def uv_triangles(of: npt.ArrayLike, triangles: int, name: str = "uvs") -> tuple[Singles, Indices]:
+    """Return UVs of corners `[M, 3, 2]` and, for every triangle, three indices into them."""
+    array = np.ascontiguousarray(numbers(of, name), dtype=np.float32)
+    if array.shape != (triangles, 3, 2):
+        found = list(array.shape)
+        raise InputError(f"{name} must have the shape [{triangles}, 3, 2], not {found}")
+    # Adding zero makes −0 and 0 one.
+    unique, numbered = np.unique(array.reshape(-1, 2) + 0, axis=0, return_inverse=True)
+    corners = np.ascontiguousarray(numbered.reshape(-1, 3), dtype=np.uint32)
+    return np.ascontiguousarray(unique, dtype=np.float32), corners

@@ -1,0 +1,57 @@
+"""Judging and packing UVs that are there."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+import numpy.typing as npt
+
+from . import _arrays, _native
+from ._arrays import Singles
+from ._errors import InputError
+
+
+def measure(vertices: npt.ArrayLike, faces: npt.ArrayLike, uvs: npt.ArrayLike) -> dict[str, Any]:
+    """Return the quality of the UVs of a mesh.
+
+    Arguments: positions `[N, 3]`, triangles `[M, 3]`, and UVs of their corners `[M, 3, 2]`. The
+    result has `charts`, `seam_length` (over the square root of the area), `symmetric_dirichlet`
+    (4 is an isometry), `conformality` (mean error of an angle, in radians), `area_distortion`,
+    `flipped_triangles`, `overlapping_pairs`, `uv_coverage` and more.
+    """
+    positions = _arrays.points(vertices, "vertices")
+    given = _arrays.faces(faces, len(positions))
+    if given.width != 3:
+        raise InputError("faces must be triangles")
+    unique, corners = _arrays.uv_triangles(uvs, len(given))
+    text = _native.measure(positions, given.corners.reshape(-1, 3), unique, corners)
+    found: dict[str, Any] = json.loads(text)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Packed:
+    """Charts side by side."""
+
+    uvs: Singles
+    """UVs of the corners `[M, 3, 2]`."""
+    coverage: float
+    """Share of the square that charts cover."""
+    margin: float
+    """Texels that are free between charts: less than asked for where there is no room."""
+
+
+def pack(uvs: npt.ArrayLike, *, margin: float = 4.0, resolution: int = 2048) -> Packed:
+    """Lay charts side by side in the unit square, each as large against others as it was.
+
+    Arguments:
+    - `uvs`: of the corners of triangles `[M, 3, 2]`. Those with an edge in common are one chart.
+    - `margin`: texels between charts, of a square of `resolution` texels.
+
+    """
+    array = _arrays.numbers(uvs, "uvs")
+    unique, corners = _arrays.uv_triangles(array, len(array))
+    placed, coverage, kept = _native.pack(unique, corners, margin, resolution)
+    return Packed(placed[corners], coverage, kept)

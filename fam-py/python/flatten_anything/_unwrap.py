@@ -1,0 +1,161 @@
+"""Unwrapping meshes and point clouds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Unpack
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _arrays, _native
+from ._arrays import FacesLike
+from ._errors import InputError
+from ._files import File
+from ._job import Observer, wait
+from ._layout import Layout, PointLayout, layout_of, point_layout_of
+from ._maps import _normals
+from ._options import Options, complete
+
+
+def unwrap(
+    vertices: npt.ArrayLike | File,
+    faces: FacesLike | None = None,
+    *,
+    seams: npt.ArrayLike | None = None,
+    no_seams: npt.ArrayLike | None = None,
+    objects: npt.ArrayLike | None = None,
+    materials: npt.ArrayLike | None = None,
+    progress: Observer | None = None,
+    **options: Unpack[Options],
+) -> Layout:
+    """Return a UV layout of a mesh: few charts, no flipped triangles, no overlaps, packed.
+
+    Arguments:
+    - `vertices`: positions `[N, 3]`, or a file that `read` returned, which has everything.
+    - `faces`: `[M, K]` with K ≥ 3, or a sequence of faces of any number of corners.
+    - `seams`: edges `[K, 2]` by their vertices, along which the mesh is cut.
+    - `no_seams`: edges along which it is cut only where there is no other way.
+    - `objects`: an integer for each face; faces of different objects are in different charts.
+    - `materials`: an integer for each face; each material has a UV square of its own.
+    - `progress`: is called about ten times a second; what it raises cancels.
+    - `options`: those of `Options`.
+
+    Raises `InputError` for arrays and options that make no sense.
+
+    """
+    settings = complete(options)
+    if isinstance(vertices, File):
+        file = vertices
+        count = len(file.vertices)
+        wanted = _arrays.edges(seams, count, "seams")
+        forbidden = _arrays.edges(no_seams, count, "no_seams")
+        job = _native.unwrap_file(file._native, materials is not None, wanted, forbidden, settings)
+        return layout_of(wait(job, progress), 3)
+    positions = _arrays.points(vertices, "vertices")
+    if faces is None:
+        raise InputError("a mesh has faces; a cloud of points takes unwrap_points")
+    given = _arrays.faces(faces, len(positions))
+    job = _native.unwrap(
+        positions,
+        given.corners,
+        given.sizes,
+        _arrays.per_face(objects, len(given), "objects"),
+        _arrays.per_face(materials, len(given), "materials"),
+        _arrays.edges(seams, len(positions), "seams"),
+        _arrays.edges(no_seams, len(positions), "no_seams"),
+        settings,
+    )
+    return layout_of(wait(job, progress), given.width)
+
+
+def unwrap_meshes(
+    meshes: Sequence[tuple[npt.ArrayLike, FacesLike]],
+    *,
+    progress: Observer | None = None,
+    **options: Unpack[Options],
+) -> list[Layout]:
+    """Return UV layouts of several meshes that share one UV square, all at one scale.
+
+    Each mesh is `(vertices, faces)`. The metrics, the report and the warnings are those of all of
+    them together.
+    """
+    positions, corners, sizes, objects, widths = [], [], [], [], []
+    first = 0
+    for number, (vertices, faces) in enumerate(meshes):
+        own = _arrays.points(vertices, f"vertices of mesh {number}")
+        given = _arrays.faces(faces, len(own), f"faces of mesh {number}")
+        positions.append(own)
+        corners.append(given.corners + np.uint32(first))
+        sizes.append(
+            np.full(len(given), 3, dtype=np.uint32) if given.sizes is None else given.sizes
+        )
+        objects.extend([number] * len(given))
+        widths.append(given.width)
+        first += len(own)
+    if not positions:
+        return []
+    none = np.empty((0, 2), dtype=np.uint32)
+    job = _native.unwrap(
+        np.concatenate(positions),
+        np.concatenate(corners),
+        np.concatenate(sizes),
+        objects,
+        None,
+        none,
+        none,
+        complete(options),
+    )
+    found = wait(job, progress)
+    counts = [(len(own), len(of_faces)) for own, of_faces in zip(positions, sizes, strict=True)]
+    return [
+        layout_of(part, width) for part, width in zip(_parts(found, counts), widths, strict=True)
+    ]
+
+
+def _parts(found: dict[str, Any], counts: list[tuple[int, int]]) -> list[dict[str, Any]]:
+    """Return what was found of all meshes for each of them."""
+    vertex_map, source, seams = found["vertex_map"], found["source"], found["seams"]
+    ends = np.concatenate([[0], np.cumsum(found["sizes"], dtype=np.int64)])
+    parts = []
+    first_vertex = first_face = 0
+    for vertices, faces in counts:
+        own = (vertex_map >= first_vertex) & (vertex_map < first_vertex + vertices)
+        numbers = np.cumsum(own, dtype=np.uint32) - np.uint32(1)
+        low, high = np.searchsorted(source, [first_face, first_face + faces])
+        charts = found["charts"][low:high]
+        inside = (seams[:, 0] >= first_vertex) & (seams[:, 0] < first_vertex + vertices)
+        parts.append(
+            {
+                **found,
+                "vertex_map": vertex_map[own] - np.uint32(first_vertex),
+                "vertex_uvs": found["vertex_uvs"][own],
+                "source": source[low:high] - np.uint32(first_face),
+                "sizes": found["sizes"][low:high],
+                "corners": numbers[found["corners"][ends[low] : ends[high]]],
+                "charts": charts - charts.min(),
+                "seams": seams[inside] - np.uint32(first_vertex),
+                "indexed": None,
+            }
+        )
+        first_vertex += vertices
+        first_face += faces
+    return parts
+
+
+def unwrap_points(
+    points: npt.ArrayLike,
+    normals: npt.ArrayLike | None = None,
+    *,
+    progress: Observer | None = None,
+    **options: Unpack[Options],
+) -> PointLayout:
+    """Return a UV layout of a point cloud `[N, 3]`: one UV for each point.
+
+    Networks are trained on the points; then the surface through them is cut and laid out as their
+    map suggests. `normals` `[N, 3]` help where they are known.
+    """
+    positions = _arrays.points(points, "points")
+    directions = None if normals is None else _normals(normals, len(positions))
+    job = _native.unwrap_points(positions, directions, complete(options))
+    return point_layout_of(wait(job, progress))

@@ -1,0 +1,99 @@
+//! Options from Python.
+
+use std::time::Duration;
+
+use fam::{Method, Options, Parting};
+use fam_core::training::TrainingConfig;
+use fam_layout::{LayoutConfig, Marks};
+use fam_surface::Duplicates;
+use pyo3::prelude::*;
+
+use crate::failure::Failure;
+
+/// The options that all calls share, as the Python modules name them.
+#[derive(Debug, Clone, FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Settings {
+    method: String,
+    distortion_bound: f64,
+    seam_weight: f64,
+    max_charts: Option<usize>,
+    margin: f64,
+    resolution: u32,
+    separate_duplicates: bool,
+    /// In seconds.
+    time_budget: Option<f64>,
+    preset: String,
+    iterations: Option<usize>,
+    seed: Option<u64>,
+}
+
+impl Settings {
+    /// What layouts are to reach.
+    pub fn layout(&self) -> Result<LayoutConfig, Failure> {
+        let config = LayoutConfig {
+            distortion_bound: self.distortion_bound,
+            seam_weight: self.seam_weight,
+            max_charts: self.max_charts,
+            margin: self.margin,
+            resolution: self.resolution,
+        };
+        match config.problem() {
+            None => Ok(config),
+            Some(problem) => Err(Failure::Input(in_python(problem))),
+        }
+    }
+
+    /// How networks are trained.
+    pub fn training(&self) -> Result<TrainingConfig, Failure> {
+        let mut config = match self.preset.as_str() {
+            "fast" => TrainingConfig::fast(),
+            "paper" => TrainingConfig::paper(),
+            other => return Err(Failure::Input(format!("there is no preset {other:?}"))),
+        };
+        config.iterations = self.iterations.unwrap_or(config.iterations);
+        config.seed = self.seed.unwrap_or(config.seed);
+        match config.problem() {
+            None => Ok(config),
+            Some(problem) => Err(Failure::Input(in_python(problem))),
+        }
+    }
+
+    /// All options of an unwrapping.
+    pub fn options(&self, parting: Parting, marks: Marks) -> Result<Options, Failure> {
+        let method = match self.method.as_str() {
+            "auto" => Method::Auto,
+            "direct" => Method::Direct,
+            "neural" => Method::Neural,
+            other => return Err(Failure::Input(format!("there is no method {other:?}"))),
+        };
+        let time_budget = match self.time_budget {
+            None => None,
+            Some(seconds) => Some(Duration::try_from_secs_f64(seconds).map_err(|_| {
+                Failure::Input("time_budget must be a number of seconds".to_owned())
+            })?),
+        };
+        Ok(Options {
+            method,
+            training: self.training()?,
+            layout: self.layout()?,
+            parting,
+            marks,
+            time_budget,
+            ..Options::default()
+        })
+    }
+
+    /// What becomes of triangles that repeat others.
+    pub fn duplicates(&self) -> Duplicates {
+        match self.separate_duplicates {
+            true => Duplicates::Separate,
+            false => Duplicates::Share,
+        }
+    }
+}
+
+/// A message about an option, which has an underscore in Python.
+fn in_python(problem: &str) -> String {
+    problem.replace('-', "_")
+}

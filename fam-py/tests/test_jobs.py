@@ -1,0 +1,125 @@
+"""Progress, cancelling, threads and processes."""
+
+import asyncio
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from concurrent.futures import CancelledError, ThreadPoolExecutor
+
+import flatten_anything as fa
+import numpy as np
+import pytest
+import shapes
+
+
+def bumpy() -> shapes.Mesh:
+    """A mesh that takes seconds."""
+    vertices, faces = shapes.torus(160, 80)
+    waves = np.sin(5 * vertices).sum(axis=1, keepdims=True)
+    return vertices * (1 + 0.1 * waves), faces
+
+
+def test_progress_is_told() -> None:
+    vertices, faces = bumpy()
+    seen: list[fa.Progress] = []
+    fa.unwrap(vertices, faces, progress=seen.append)
+    stages = {now.stage for now in seen}
+    assert "flatten" in stages and stages <= {"start", "flatten", "pack"}
+    assert all(0 <= now.fraction <= 1 for now in seen)
+    assert any(now.energy is not None and now.energy >= 4 for now in seen)
+
+
+def test_what_the_observer_raises_ends_it() -> None:
+    class Enough(Exception):
+        pass
+
+    def observe(_: fa.Progress) -> None:
+        raise Enough
+
+    started = time.monotonic()
+    with pytest.raises(Enough):
+        fa.unwrap(*bumpy(), progress=observe)
+    assert time.monotonic() - started < 1
+
+
+def test_an_interrupt_ends_it_within_half_a_second() -> None:
+    timer = threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    started = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        fa.unwrap(*bumpy(), distortion_bound=4.01)
+    assert time.monotonic() - started < 1.0
+
+
+def test_jobs_run_in_the_background() -> None:
+    job = fa.submit(fa.unwrap, *shapes.torus())
+    layout = job.result(timeout=60)
+    assert layout.metrics["charts"] == 1 and job.done() and not job.cancel()
+    failed = fa.submit(fa.unwrap, np.zeros((3, 3)), [[0, 1, 2]])
+    with pytest.raises(fa.InputError):
+        failed.result(timeout=60)
+    cancelled = fa.submit(fa.unwrap, *bumpy(), distortion_bound=4.01)
+    assert cancelled.cancel()
+    with pytest.raises(CancelledError):
+        cancelled.result(timeout=60)
+    assert cancelled.cancelled()
+
+    async def awaited() -> fa.Layout:
+        return await asyncio.wrap_future(fa.submit(fa.unwrap, *shapes.sheet()))
+
+    assert asyncio.run(awaited()).metrics["charts"] == 1
+
+
+def test_threads_get_the_same_layouts() -> None:
+    meshes = [shapes.torus(12 + 2 * k, 12) for k in range(8)]
+    alone = [fa.unwrap(*mesh).vertex_uvs for mesh in meshes]
+    with ThreadPoolExecutor(8) as pool:
+        together = list(pool.map(lambda mesh: fa.unwrap(*mesh).vertex_uvs, meshes))
+    assert all((a == b).all() for a, b in zip(alone, together, strict=True))
+
+
+def charts_of_torus(_: int) -> int:
+    charts = fa.unwrap(*shapes.torus()).metrics["charts"]
+    assert isinstance(charts, int)
+    return charts
+
+
+@pytest.mark.parametrize("method", ["fork", "spawn"])
+def test_processes_work(method: str) -> None:
+    # The parent has threads by now, of which a fork has none.
+    assert charts_of_torus(0) == 1
+    with multiprocessing.get_context(method).Pool(2) as pool:
+        found = pool.map_async(charts_of_torus, range(4)).get(timeout=120)
+    assert found == [1, 1, 1, 1]
+
+
+def test_memory_does_not_grow() -> None:
+    vertices, faces = shapes.sheet()
+    resource = pytest.importorskip("resource")
+
+    def peak() -> int:
+        return int(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+
+    for _ in range(100):
+        fa.unwrap(vertices, faces)
+    before = peak()
+    for _ in range(400):
+        fa.unwrap(vertices, faces)
+    assert peak() - before < 8 * 1024, "KiB"
+
+
+def test_the_package_is_imported_quickly() -> None:
+    code = (
+        "import time, numpy; t = time.perf_counter(); import flatten_anything; "
+        "print(time.perf_counter() - t)"
+    )
+    seconds = [
+        float(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout)
+        for _ in range(3)
+    ]
+    # A generous multiple of what it takes: it has nothing heavy to import.
+    assert min(seconds) < 1.0

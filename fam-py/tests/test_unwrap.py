@@ -1,0 +1,166 @@
+"""Layouts of meshes in arrays."""
+
+import flatten_anything as fa
+import numpy as np
+import pytest
+import shapes
+
+
+def check(vertices: np.ndarray, faces: np.ndarray, layout: fa.Layout) -> None:
+    """What holds of every layout of triangles."""
+    assert layout.vertex_uvs.dtype == np.float32 and layout.vertex_map.dtype == np.uint32
+    assert len(layout.vertex_uvs) == len(layout.vertex_map)
+    assert (layout.vertex_map[: len(vertices)] == np.arange(len(vertices))).all()
+    assert (layout.vertex_map[layout.faces] == faces).all()
+    assert layout.vertex_uvs.min() >= 0 and layout.vertex_uvs.max() <= 1
+    assert isinstance(layout.uvs, np.ndarray) and layout.uvs.shape == (len(faces), 3, 2)
+    metrics = fa.measure(vertices, faces, layout.uvs)
+    assert metrics == layout.metrics
+    assert metrics["flipped_triangles"] == metrics["overlapping_pairs"] == 0
+    assert metrics["symmetric_dirichlet"] <= 4.1
+    assert len(np.unique(layout.charts)) == metrics["charts"]
+
+
+def test_a_layout_fits_its_mesh() -> None:
+    for vertices, faces in (shapes.sheet(), shapes.torus()):
+        layout = fa.unwrap(vertices, faces)
+        check(vertices, faces, layout)
+        assert layout.map is None and layout.squares is None and layout.warnings == []
+    # The torus is cut open, and each seam is an edge of it.
+    edges = {
+        frozenset(edge) for face in faces for edge in zip(face, np.roll(face, -1), strict=True)
+    }
+    assert len(layout.seams) > 0
+    assert all(frozenset(seam.tolist()) in edges for seam in layout.seams)
+
+
+def test_polygons_stay_whole() -> None:
+    vertices, quads = shapes.cube()
+    layout = fa.unwrap(vertices, quads)
+    assert isinstance(layout.faces, np.ndarray) and layout.faces.shape == (6, 4)
+    assert (layout.face_map == np.arange(6)).all()
+    ragged = [quads[0][:3], [quads[0][0], *quads[0][2:]], *quads[1:]]
+    layout = fa.unwrap(vertices, ragged)
+    assert [len(face) for face in layout.faces] == [3, 3, 4, 4, 4, 4, 4]
+    assert [list(layout.vertex_map[face]) for face in layout.faces] == ragged
+    assert [uvs.shape for uvs in layout.uvs] == [(len(face), 2) for face in ragged]
+    assert layout.corner_uvs.shape == (26, 2)
+
+
+def test_options_are_kept() -> None:
+    vertices, faces = shapes.torus()
+    tight = fa.unwrap(vertices, faces, distortion_bound=4.02)
+    assert tight.metrics["symmetric_dirichlet"] <= 4.02
+    around = [[i * 12, (i + 1) % 24 * 12] for i in range(24)]
+    cut = fa.unwrap(vertices, faces, seams=around)
+    seams = {frozenset(seam.tolist()) for seam in cut.seams}
+    assert all(frozenset(edge) in seams for edge in around)
+    spared = fa.unwrap(vertices, faces, no_seams=around)
+    seams = {frozenset(seam.tolist()) for seam in spared.seams}
+    assert not any(frozenset(edge) in seams for edge in around[1:])
+    halves = (vertices[faces].mean(axis=1)[:, 0] > 0).astype(int)
+    apart = fa.unwrap(vertices, faces, objects=halves)
+    assert not set(apart.charts[halves == 0]) & set(apart.charts[halves == 1])
+    squares = fa.unwrap(vertices, faces, materials=halves * 7 - 3)
+    assert squares.squares is not None and (squares.squares == halves).all()
+    quick = fa.unwrap(vertices, faces, time_budget=1e-6)
+    assert quick.metrics["overlapping_pairs"] == quick.metrics["flipped_triangles"] == 0
+    assert quick.warnings[0] == "finishing was stopped early"
+
+
+def test_meshes_share_a_square() -> None:
+    meshes = [shapes.sheet(), shapes.torus(), shapes.cube()]
+    layouts = fa.unwrap_meshes(meshes)
+    for (vertices, faces), layout in zip(meshes[:2], layouts[:2], strict=True):
+        assert (layout.vertex_map[layout.faces] == faces).all()
+        metrics = fa.measure(vertices, faces, layout.uvs)
+        assert metrics["symmetric_dirichlet"] <= 4.1 and metrics["overlapping_pairs"] == 0
+    assert isinstance(layouts[2].faces, np.ndarray) and layouts[2].faces.shape == (6, 4)
+    # Of all of them together nothing overlaps, and the scale is one.
+    both = np.concatenate([layout.uvs for layout in layouts[:2]])
+    vertices = np.concatenate([meshes[0][0], meshes[1][0] + 10])
+    faces = np.concatenate([meshes[0][1], meshes[1][1] + len(meshes[0][0])])
+    assert fa.measure(vertices, faces, both)["overlapping_pairs"] == 0
+    assert fa.measure(vertices, faces, both)["symmetric_dirichlet"] <= 4.1
+    assert fa.unwrap_meshes([]) == []
+
+
+def test_the_same_input_gives_the_same_layout() -> None:
+    vertices, faces = shapes.torus()
+    one, other = fa.unwrap(vertices, faces), fa.unwrap(vertices, faces)
+    assert (one.uvs == other.uvs).all() and (one.seams == other.seams).all()
+
+
+def test_arrays_of_all_kinds_are_taken() -> None:
+    vertices, faces = shapes.sheet()
+    expected = fa.unwrap(vertices, faces).uvs
+    wide = np.zeros((len(vertices), 6))
+    wide[:, ::2] = vertices
+    read_only = faces.astype(np.int32)
+    read_only.flags.writeable = False
+    for own, corners in (
+        (vertices.tolist(), faces.tolist()),
+        (wide[:, ::2], np.asfortranarray(faces)),
+        (vertices, read_only),
+        (vertices[::-1][::-1], faces.astype(np.uint64)),
+    ):
+        assert (fa.unwrap(own, corners).uvs == expected).all()
+    half = fa.unwrap(vertices.astype(np.float16), faces)
+    assert half.metrics["symmetric_dirichlet"] <= 4.1
+
+
+def test_arrays_that_make_no_sense_are_named() -> None:
+    vertices, faces = shapes.sheet()
+    broken = vertices.copy()
+    broken[5, 1] = np.nan
+    ragged = [[0, 1, 2], [0, 1]]
+    cases = [
+        ((vertices[:, :2], faces), "vertices must have the shape"),
+        ((vertices.reshape(-1), faces), "vertices must have the shape"),
+        ((broken, faces), r"vertices\[5\] has a coordinate that is not a finite number"),
+        ((vertices, faces - 1), "the index -1"),
+        ((vertices, faces + 5), "there are only 63"),
+        ((vertices, faces.astype(np.uint64) + 2**40), "there are only 63"),
+        ((vertices, faces.astype(float)), "faces must be integers"),
+        ((vertices, faces[:, :2]), "faces must have the shape"),
+        ((vertices, faces[:0]), "faces is empty"),
+        ((vertices, ragged), r"faces\[1\] has fewer than three corners"),
+        ((vertices, None), "a mesh has faces"),
+        ((["a", "b"], faces), "vertices is no array of numbers"),
+        ((np.zeros((0, 3)), faces), "there are only 0"),
+        ((vertices * 0, faces), "area"),
+    ]
+    for arguments, message in cases:
+        with pytest.raises(fa.InputError, match=message):
+            fa.unwrap(*arguments)
+    options = [
+        ({"distortion_bound": 4.0}, "distortion_bound must be a number above 4"),
+        ({"margin": -1}, "margin must lie"),
+        ({"resolution": 3}, "resolution must lie"),
+        ({"max_charts": 0}, "max_charts must be at least 1"),
+        ({"method": "magic"}, "there is no method"),
+        ({"preset": "slow"}, "there is no preset"),
+        ({"time_budget": -1.0}, "time_budget"),
+        ({"seams": [[0, 99]]}, "seams has the index 99"),
+        ({"objects": [1, 2]}, "objects must be one integer for each"),
+    ]
+    for given, message in options:
+        with pytest.raises(fa.InputError, match=message):
+            fa.unwrap(vertices, faces, **given)
+    with pytest.raises(TypeError, match="no option 'bound'"):
+        fa.unwrap(vertices, faces, bound=4.2)  # type: ignore[call-arg]
+    with pytest.raises(ValueError, match="resolution"):
+        fa.unwrap(vertices, faces, resolution=3)
+    with pytest.raises((TypeError, fa.InputError, OverflowError)):
+        fa.unwrap(vertices, faces, resolution=-3)
+
+
+def test_odd_meshes_have_layouts() -> None:
+    vertices, faces = shapes.sheet()
+    # A vertex of no face, a face twice, an edge of three faces, a triangle without area.
+    odd = np.concatenate([faces, faces[:1], [[0, 1, 62]], [[3, 3, 4]]])
+    layout = fa.unwrap(np.concatenate([vertices, [[9.0, 9, 9]]]), odd)
+    assert layout.metrics["flipped_triangles"] == 0
+    assert (layout.vertex_map[layout.faces] == odd).all()
+    one = fa.unwrap([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    assert one.metrics["symmetric_dirichlet"] == pytest.approx(4, abs=1e-5)
