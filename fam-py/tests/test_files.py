@@ -4,9 +4,10 @@ import subprocess
 import sys
 from pathlib import Path
 
-import flatten_anything as fa
 import numpy as np
 import pytest
+
+import flatten_anything as fa
 import shapes
 
 OBJ = """mtllib colours.mtl

@@ -10,9 +10,10 @@ import threading
 import time
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 
-import flatten_anything as fa
 import numpy as np
 import pytest
+
+import flatten_anything as fa
 import shapes
 
 

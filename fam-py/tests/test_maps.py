@@ -3,9 +3,10 @@
 import pickle
 from pathlib import Path
 
-import flatten_anything as fa
 import numpy as np
 import pytest
+
+import flatten_anything as fa
 import shapes
 
 

@@ -1,8 +1,9 @@
 """Layouts of meshes in arrays."""
 
-import flatten_anything as fa
 import numpy as np
 import pytest
+
+import flatten_anything as fa
 import shapes
 
 

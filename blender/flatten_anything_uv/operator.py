@@ -1,0 +1,238 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The operator: from the faces in edit mode to their UVs, in the background."""
+
+from concurrent.futures import CancelledError
+
+import bpy
+import numpy as np
+
+from . import meshes
+
+#: Seconds between two looks at a computation.
+INTERVAL = 0.1
+
+#: What goes on to other handlers while it runs: looking around.
+NAVIGATION = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "MOUSEMOVE", "TRACKPADPAN"}
+
+
+class Task:
+    """The faces of all meshes as one, and the computation on them."""
+
+    def __init__(self, parts, options):
+        import flatten_anything
+
+        self.parts = parts
+        self.counts = [len(part.mesh.polygons) for part in parts]
+        first = np.cumsum([0] + [len(part.vertices) for part in parts])
+        moved = list(zip(parts, first[:-1], strict=True))
+        self.first = first
+        self.faces = [[v + int(at) for v in face] for part, at in moved for face in part.faces]
+
+        def edges(of):
+            return np.concatenate([of(part) + np.uint32(at) for part, at in moved])
+
+        self.job = flatten_anything.submit(
+            flatten_anything.unwrap,
+            np.concatenate([part.vertices for part in parts]),
+            self.faces,
+            seams=edges(lambda part: part.seams) if options.pop("use_seams") else None,
+            no_seams=edges(lambda part: part.smooth),
+            objects=np.repeat(np.arange(len(parts)), [len(part.faces) for part in parts]),
+            **options,
+        )
+
+    def status(self):
+        """Return a line about how far it is."""
+        now = self.job.progress
+        if now is None:
+            return "Flatten Anything: starting"
+        of_parts = f", {now.parts_done} of {now.parts} parts" if now.parts > 1 else ""
+        return f"Flatten Anything: {now.stage} {100 * now.fraction:.0f} %{of_parts} (Esc: cancel)"
+
+    def write(self, mark_seams):
+        """Write the UVs; return the warnings of the layout."""
+        layout = self.job.result()
+        uvs = corner_uvs(layout, self.faces)
+        at = 0
+        for part, low, high in zip(self.parts, self.first, self.first[1:], strict=False):
+            corners = sum(len(face) for face in part.faces)
+            seams = None
+            if mark_seams:
+                inside = (layout.seams >= low).all(axis=1) & (layout.seams < high).all(axis=1)
+                seams = layout.seams[inside].astype(np.int64) - int(low)
+            meshes.write(part, uvs[at : at + corners], seams)
+            at += corners
+        return layout.warnings
+
+
+def corner_uvs(layout, faces):
+    """Return the UVs of all corners of faces, also of those that a seam crosses."""
+    starts = np.cumsum([0] + [len(face) for face in faces])
+    found = np.full((starts[-1], 2), np.nan, dtype=np.float32)
+    for piece, source in zip(layout.faces, layout.face_map, strict=True):
+        face, start = faces[source], starts[source]
+        if len(piece) == len(face):
+            found[start : start + len(face)] = layout.vertex_uvs[piece]
+            continue
+        # Blender has one UV for a corner; that of the first triangle.
+        for vertex in piece:
+            corner = start + face.index(int(layout.vertex_map[vertex]))
+            if np.isnan(found[corner, 0]):
+                found[corner] = layout.vertex_uvs[vertex]
+    return found
+
+
+class UV_OT_flatten_anything(bpy.types.Operator):
+    """Cut and flatten the faces into few charts, without overlaps and with little distortion"""
+
+    bl_idname = "uv.flatten_anything"
+    bl_label = "Flatten Anything"
+    bl_options = {"REGISTER", "UNDO"}
+
+    method: bpy.props.EnumProperty(
+        name="Method",
+        items=[
+            ("auto", "Automatic", "Directly from the geometry"),
+            ("direct", "Direct", "Cut, flatten and pack the mesh as it is, in seconds"),
+            ("neural", "Neural", "Train the networks of Flatten Anything first: half a minute"),
+        ],
+        default="auto",
+    )
+    distortion_bound: bpy.props.FloatProperty(
+        name="Distortion Bound",
+        description="Mean symmetric Dirichlet energy; 4 is no distortion at all",
+        default=4.1,
+        min=4.001,
+        soft_max=6.0,
+        precision=3,
+    )
+    max_charts: bpy.props.IntProperty(
+        name="Most Charts",
+        description="Of each connected part; 0 for as many as the bound takes",
+        default=0,
+        min=0,
+    )
+    margin: bpy.props.FloatProperty(
+        name="Margin", description="Pixels between charts", default=4.0, min=0.0, soft_max=64.0
+    )
+    resolution: bpy.props.IntProperty(
+        name="Image Size",
+        description="Pixels along the side of the image that the margin is for",
+        default=2048,
+        min=16,
+        max=65536,
+        subtype="PIXEL",
+    )
+    use_seams: bpy.props.BoolProperty(
+        name="Use Seams", description="Cut along all marked seams", default=True
+    )
+    avoid_smooth: bpy.props.BoolProperty(
+        name="Avoid Smooth Edges",
+        description="Cut edges that are neither sharp nor marked only where there is no other way",
+        default=False,
+    )
+    only_selected: bpy.props.BoolProperty(
+        name="Only Selected Faces", description="Leave the UVs of other faces", default=True
+    )
+    mark_seams: bpy.props.BoolProperty(
+        name="Mark Seams", description="Mark the edges that are cut as seams", default=False
+    )
+
+    @classmethod
+    def poll(cls, context):
+        return context.mode == "EDIT_MESH"
+
+    @staticmethod
+    def draw_options(properties, layout):
+        for name in ("method", "distortion_bound", "max_charts"):
+            layout.prop(properties, name)
+        for name in ("margin", "resolution"):
+            layout.prop(properties, name)
+        for name in ("use_seams", "avoid_smooth", "only_selected", "mark_seams"):
+            layout.prop(properties, name)
+
+    def draw(self, _context):
+        self.layout.use_property_split = True
+        self.draw_options(self.properties, self.layout)
+
+    def start(self, context):
+        """Start the computation; None, with a report, if there is nothing to do."""
+        parts = meshes.chosen(
+            context.objects_in_mode_unique_data, self.only_selected, self.avoid_smooth
+        )
+        if not parts:
+            self.report({"ERROR"}, "No faces are selected")
+            return None
+        options = {
+            "method": self.method,
+            "distortion_bound": self.distortion_bound,
+            "max_charts": self.max_charts or None,
+            "margin": min(self.margin, self.resolution / 4),
+            "resolution": self.resolution,
+            "use_seams": self.use_seams,
+        }
+        return Task(parts, options)
+
+    def end(self, task):
+        """Write the result of a computation that has ended."""
+        import flatten_anything
+
+        try:
+            warnings = task.write(self.mark_seams)
+        except CancelledError:
+            return {"CANCELLED"}
+        except flatten_anything.FlattenAnythingError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        for warning in warnings:
+            self.report({"WARNING"}, warning)
+        return {"FINISHED"}
+
+    def execute(self, context):
+        """Wait for the result: from scripts and from the redo panel."""
+        task = self.start(context)
+        if task is None:
+            return {"CANCELLED"}
+        task.job.exception()
+        return self.end(task)
+
+    def invoke(self, context, _event):
+        """Compute in the background."""
+        image = getattr(context.space_data, "image", None)
+        if image is not None and image.size[0] >= 16:
+            self.resolution = max(image.size)
+        self._task = self.start(context)
+        if self._task is None:
+            return {"CANCELLED"}
+        self._timer = context.window_manager.event_timer_add(INTERVAL, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        context.workspace.status_text_set(self._task.status())
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        if event.type == "ESC":
+            self._task.job.cancel()
+            return self.leave(context, {"CANCELLED"})
+        if event.type == "TIMER":
+            if self._task.job.done():
+                return self.leave(context, self.end(self._task))
+            context.workspace.status_text_set(self._task.status())
+        return {"PASS_THROUGH"} if event.type in NAVIGATION else {"RUNNING_MODAL"}
+
+    def cancel(self, context):
+        """Blender ends it: a file is loaded, or the window closes."""
+        self._task.job.cancel()
+        self.leave(context, {"CANCELLED"})
+
+    def leave(self, context, result):
+        context.window_manager.event_timer_remove(self._timer)
+        context.workspace.status_text_set(None)
+        return result
+
+
+def register():
+    bpy.utils.register_class(UV_OT_flatten_anything)
+
+
+def unregister():
+    bpy.utils.unregister_class(UV_OT_flatten_anything)
