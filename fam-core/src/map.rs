@@ -203,7 +203,7 @@ impl<B: Backend> TrainedMap<B> {
             return vec![[[0.0; 3]; 2]; points.len()];
         }
         let sign = if self.frame.mirrored { -1.0 } else { 1.0 };
-        let unit = 1.0 / (self.normalization.radius as f32 * self.frame.side);
+        let unit = (1.0 / (self.normalization.radius * f64::from(self.frame.side))) as f32;
         let model = FlattenAnything::<Autodiff<B>>::from_inner(self.model.clone()).no_grad();
         let with_cut = self.config.without != Ablation::CutNet;
         points

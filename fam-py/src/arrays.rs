@@ -1,7 +1,9 @@
 //! Arrays from Python, and back.
 
+use std::collections::HashMap;
+
 use fam_surface::polygons::Polygons;
-use fam_surface::{PointCloud, Surface, TriangleMesh};
+use fam_surface::{PointCloud, Surface, TriangleMesh, UvMap};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -33,10 +35,28 @@ pub fn of_rows<'py, const N: usize, T: numpy::Element + Copy>(
 }
 
 /// Faces from Python: the vertices of all corners, face by face, and how many corners each has.
-pub struct Faces<'py> {
-    pub corners: PyReadonlyArray1<'py, u32>,
+pub struct Faces {
+    corners: Vec<u32>,
     /// None if all are triangles.
-    pub sizes: Option<PyReadonlyArray1<'py, u32>>,
+    sizes: Option<Vec<u32>>,
+}
+
+impl Faces {
+    /// Copies of contiguous arrays.
+    pub fn new(
+        corners: &PyReadonlyArray1<'_, u32>,
+        sizes: Option<&PyReadonlyArray1<'_, u32>>,
+    ) -> Result<Self, Failure> {
+        let flat = |array: &PyReadonlyArray1<'_, u32>| {
+            let slice = array.as_slice();
+            let bad = |_| Failure::Input("faces are not contiguous".to_owned());
+            slice.map(<[u32]>::to_vec).map_err(bad)
+        };
+        Ok(Self {
+            corners: flat(corners)?,
+            sizes: sizes.map(flat).transpose()?,
+        })
+    }
 }
 
 /// A mesh with the polygons that its triangles are parts of.
@@ -48,14 +68,8 @@ pub struct PolygonMesh {
 }
 
 impl PolygonMesh {
-    /// A mesh of faces with `positions`.
+    /// A mesh of faces with `positions`. To divide a polygon of many corners may take seconds.
     pub fn new(positions: Vec<[f64; 3]>, faces: &Faces) -> Result<Self, Failure> {
-        let flat = |array: &PyReadonlyArray1<'_, u32>| -> Result<Vec<u32>, Failure> {
-            let slice = array.as_slice();
-            let slice = slice.map_err(|_| Failure::Input("faces are not contiguous".to_owned()))?;
-            Ok(slice.to_vec())
-        };
-        let corners = flat(&faces.corners)?;
         let count = positions.len();
         let mut polygons = Polygons::default();
         let mut push =
@@ -70,14 +84,14 @@ impl PolygonMesh {
             };
         match &faces.sizes {
             None => {
-                let (triangles, _) = corners.as_chunks::<3>();
+                let (triangles, _) = faces.corners.as_chunks::<3>();
                 for (face, triangle) in triangles.iter().enumerate() {
                     push(face, triangle)?;
                 }
             }
             Some(sizes) => {
-                let mut rest = corners.as_slice();
-                for (face, size) in flat(sizes)?.into_iter().enumerate() {
+                let mut rest = faces.corners.as_slice();
+                for (face, &size) in sizes.iter().enumerate() {
                     let short = || Failure::Input(format!("face {face} has too few corners"));
                     let (own, others) = rest.split_at_checked(size as usize).ok_or_else(short)?;
                     if own.len() < 3 {
@@ -101,13 +115,35 @@ impl PolygonMesh {
 
     /// What every triangle has, of what every face has.
     pub fn of_triangles<T: Copy>(&self, of_faces: &[T]) -> Vec<T> {
-        let counts = self.polygons.divided().map(|(_, division)| division.count());
+        let counts = self
+            .polygons
+            .divided()
+            .map(|(_, division)| division.count());
         of_faces
             .iter()
             .zip(counts)
             .flat_map(|(&value, count)| std::iter::repeat_n(value, count))
             .collect()
     }
+}
+
+/// A map of triangles from the UVs of their corners `[3 M, 2]`; corners of one UV have one index, so that
+/// charts hang together.
+pub fn corner_map(uvs: Vec<[f32; 2]>) -> Result<UvMap, Failure> {
+    let mut numbers: HashMap<[u32; 2], u32> = HashMap::with_capacity(uvs.len() / 2);
+    let mut own = Vec::new();
+    let corners: Vec<u32> = uvs
+        .into_iter()
+        .map(|q| {
+            // Adding zero makes −0 and 0 one.
+            let place = q.map(|c| (c + 0.0).to_bits());
+            *numbers.entry(place).or_insert_with(|| {
+                own.push(q);
+                own.len() as u32 - 1
+            })
+        })
+        .collect();
+    Ok(UvMap::new(own, corners.as_chunks().0.to_vec())?)
 }
 
 /// A cloud of points, with normals if they are known.

@@ -121,6 +121,13 @@ impl Job {
     }
 }
 
+/// A job that nobody waits for any more ends soon.
+impl Drop for Job {
+    fn drop(&mut self) {
+        self.0.signal.cancelled.store(true, Ordering::Relaxed);
+    }
+}
+
 #[pymethods]
 impl Job {
     /// Waits for the end, so many seconds at most; whether it has ended.

@@ -1,6 +1,7 @@
 //! Trained maps.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use burn_autodiff::Autodiff;
 use burn_flex::Flex;
@@ -10,23 +11,22 @@ use fam_io::atomic::write_atomically;
 use fam_surface::seams::{SeamRule, SeamThreshold, Seams};
 use fam_surface::{Normalization, Surface};
 use numpy::ndarray::Array3;
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::arrays::{Faces, PolygonMesh, cloud, of_rows, rows};
 use crate::failure::Failure;
 use crate::job::{Job, Output};
-use crate::pool::pool;
 use crate::settings::Settings;
 
 /// A trained map: it gives a UV to any point.
 #[pyclass(frozen, module = "flatten_anything._native")]
-pub struct Map(Atlas<Flex>);
+pub struct Map(Arc<Atlas<Flex>>);
 
 impl From<Atlas<Flex>> for Map {
     fn from(atlas: Atlas<Flex>) -> Self {
-        Self(atlas)
+        Self(Arc::new(atlas))
     }
 }
 
@@ -48,15 +48,15 @@ pub fn train(
 ) -> PyResult<Job> {
     let start = || {
         let positions = rows(&positions)?;
-        let surface = match corners {
-            Some(corners) => {
-                let mesh = PolygonMesh::new(positions, &Faces { corners, sizes })?.mesh;
-                Surface::Mesh(mesh)
-            }
-            None => cloud(positions, normals.as_ref().map(rows).transpose()?)?,
-        };
+        let faces = corners.map(|corners| Faces::new(&corners, sizes.as_ref()));
+        let faces = faces.transpose()?;
+        let normals = normals.as_ref().map(rows).transpose()?;
         let config = settings.training()?;
         Job::start(move |signal| {
+            let surface = match faces {
+                Some(faces) => Surface::Mesh(PolygonMesh::new(positions, &faces)?.mesh),
+                None => cloud(positions, normals)?,
+            };
             let steps = config.steps();
             let trained = fam::train::<Autodiff<Flex>>(
                 &config,
@@ -67,7 +67,7 @@ pub fn train(
                 Strategies::tiled(),
                 |now| signal.observe(&fam::Progress::Training { steps, now }),
             )?;
-            Ok(Map(trained.flattened.atlas))
+            Ok(Map::from(trained.flattened.atlas))
         })
     };
     start().map_err(|failure: Failure| failure.exception(py))
@@ -80,59 +80,37 @@ pub fn load(py: Python<'_>, path: PathBuf) -> PyResult<Map> {
         let fail = |reason: String| Failure::File(format!("{}: {reason}", path.display()));
         let bytes = std::fs::read(&path).map_err(|error| fail(error.to_string()))?;
         let atlas = Atlas::from_safetensors(&bytes, &Default::default());
-        atlas.map(Map).map_err(|error| fail(error.to_string()))
+        atlas
+            .map(Map::from)
+            .map_err(|error| fail(error.to_string()))
     };
     py.detach(load).map_err(|failure| failure.exception(py))
 }
 
 #[pymethods]
 impl Map {
-    /// The UVs `[N, 2]` of points `[N, 3]`.
-    fn uvs<'py>(
-        &self,
-        py: Python<'py>,
-        points: PyReadonlyArray2<'_, f64>,
-    ) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        let points = finite(py, &points)?;
-        let uvs = py.detach(|| Ok(pool()?.install(|| self.0.uvs(&points))));
-        let uvs = uvs.map_err(|failure: Failure| failure.exception(py))?;
-        Ok(of_rows(py, uvs))
+    /// The job that computes the UVs `[N, 2]` of points `[N, 3]`.
+    fn uvs(&self, py: Python<'_>, points: PyReadonlyArray2<'_, f64>) -> PyResult<Job> {
+        self.job(py, &points, |atlas, points| Ok(Uvs(atlas.uvs(&points))))
     }
 
-    /// The derivatives `[N, 2, 3]` of the UVs by the coordinates of points `[N, 3]`.
-    fn jacobian<'py>(
-        &self,
-        py: Python<'py>,
-        points: PyReadonlyArray2<'_, f64>,
-    ) -> PyResult<Bound<'py, PyArray3<f32>>> {
-        let points = finite(py, &points)?;
-        let found = py.detach(|| Ok(pool()?.install(|| self.0.jacobian(&points))));
-        let found = found.map_err(|failure: Failure| failure.exception(py))?;
-        let shape = (found.len(), 2, 3);
-        let numbers = found.into_flattened().into_flattened();
-        let array = Array3::from_shape_vec(shape, numbers);
-        Ok(array
-            .unwrap_or_else(|error| unreachable!("{error}"))
-            .into_pyarray(py))
+    /// The job that computes the derivatives `[N, 2, 3]` of the UVs by the coordinates of points
+    /// `[N, 3]`.
+    fn jacobian(&self, py: Python<'_>, points: PyReadonlyArray2<'_, f64>) -> PyResult<Job> {
+        self.job(py, &points, |atlas, points| {
+            Ok(Derivatives(atlas.jacobian(&points)))
+        })
     }
 
-    /// Those of points `[N, 3]` at which the map is torn.
-    fn seams<'py>(
-        &self,
-        py: Python<'py>,
-        points: PyReadonlyArray2<'_, f64>,
-    ) -> PyResult<Bound<'py, PyArray1<u32>>> {
-        let points = finite(py, &points)?;
-        let find = || {
+    /// The job that finds those of points `[N, 3]` at which the map is torn.
+    fn seams(&self, py: Python<'_>, points: PyReadonlyArray2<'_, f64>) -> PyResult<Job> {
+        self.job(py, &points, |atlas, points| {
             let normalization = Normalization::of(&points)?;
-            let uvs = pool()?.install(|| self.0.uvs(&points));
+            let uvs = atlas.uvs(&points);
             let placed: Vec<_> = points.iter().map(|&p| normalization.apply(p)).collect();
             let threshold = SeamThreshold::of(SeamRule::Spacing, &placed, &uvs);
-            Ok(Seams::of_points(&placed, &uvs, threshold).points)
-        };
-        let found = py.detach(find);
-        let found = found.map_err(|failure: Failure| failure.exception(py))?;
-        Ok(found.into_pyarray(py))
+            Ok(Torn(Seams::of_points(&placed, &uvs, threshold).points))
+        })
     }
 
     /// The content of `model.safetensors`.
@@ -147,7 +125,7 @@ impl Map {
     fn from_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<Self> {
         let atlas = Atlas::from_safetensors(bytes, &Default::default());
         atlas
-            .map(Self)
+            .map(Self::from)
             .map_err(|error| Failure::from(error).exception(py))
     }
 
@@ -163,14 +141,47 @@ impl Map {
     }
 }
 
-/// Points with finite coordinates.
-fn finite(py: Python<'_>, points: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<[f64; 3]>> {
-    let points = rows::<3, f64>(points).map_err(|failure| failure.exception(py))?;
-    match points.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
-        None => Ok(points),
-        Some(index) => {
-            let problem = format!("point {index} has a coordinate that is not a finite number");
-            Err(Failure::Input(problem).exception(py))
-        }
+impl Map {
+    /// A job on the map and points.
+    fn job<O: Output + 'static>(
+        &self,
+        py: Python<'_>,
+        points: &PyReadonlyArray2<'_, f64>,
+        work: impl FnOnce(&Atlas<Flex>, Vec<[f64; 3]>) -> Result<O, Failure> + Send + 'static,
+    ) -> PyResult<Job> {
+        let atlas = Arc::clone(&self.0);
+        rows(points)
+            .and_then(|points| Job::start(move |_| work(&atlas, points)))
+            .map_err(|failure| failure.exception(py))
+    }
+}
+
+struct Uvs(Vec<[f32; 2]>);
+
+impl Output for Uvs {
+    fn object<'py>(self: Box<Self>, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(of_rows(py, self.0).into_any())
+    }
+}
+
+/// Of every point the rows of u and of v.
+struct Derivatives(Vec<[[f32; 3]; 2]>);
+
+impl Output for Derivatives {
+    fn object<'py>(self: Box<Self>, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let shape = (self.0.len(), 2, 3);
+        let numbers = self.0.into_flattened().into_flattened();
+        let array = Array3::from_shape_vec(shape, numbers);
+        let array = array.unwrap_or_else(|error| unreachable!("{error}"));
+        Ok(array.into_pyarray(py).into_any())
+    }
+}
+
+/// Indices of points.
+struct Torn(Vec<u32>);
+
+impl Output for Torn {
+    fn object<'py>(self: Box<Self>, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(self.0.into_pyarray(py).into_any())
     }
 }

@@ -1,29 +1,41 @@
 //! The metrics of UVs.
 
+use fam_surface::TriangleMesh;
 use fam_surface::metrics::Metrics;
-use fam_surface::{TriangleMesh, UvMap};
 use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
+use pyo3::types::PyString;
 
-use crate::arrays::rows;
+use crate::arrays::{corner_map, rows};
 use crate::failure::Failure;
+use crate::job::{Job, Output};
 
-/// The metrics of a mesh's UVs as JSON; `uv_triangles` has the UVs of the corners of every triangle.
+/// The job that measures the UVs of a mesh's corners `[3 M, 2]`.
 #[pyfunction]
 pub fn measure(
     py: Python<'_>,
     positions: PyReadonlyArray2<'_, f64>,
     triangles: PyReadonlyArray2<'_, u32>,
     uvs: PyReadonlyArray2<'_, f32>,
-    uv_triangles: PyReadonlyArray2<'_, u32>,
-) -> PyResult<String> {
-    let found = || {
-        let mesh = TriangleMesh::new(rows(&positions)?, rows(&triangles)?)?;
-        let uvs = UvMap::new(rows(&uvs)?, rows(&uv_triangles)?)?;
-        py.detach(|| {
-            let metrics = crate::pool::pool()?.install(|| Metrics::measure(&mesh, &uvs))?;
-            serde_json::to_string(&metrics).map_err(|error| Failure::Internal(error.to_string()))
+) -> PyResult<Job> {
+    let start = || {
+        let (positions, triangles, uvs) = (rows(&positions)?, rows(&triangles)?, rows(&uvs)?);
+        Job::start(move |_| {
+            let mesh = TriangleMesh::new(positions, triangles)?;
+            let metrics = Metrics::measure(&mesh, &corner_map(uvs)?)?;
+            let text = serde_json::to_string(&metrics);
+            text.map(Text)
+                .map_err(|error| Failure::Internal(error.to_string()))
         })
     };
-    found().map_err(|failure: Failure| failure.exception(py))
+    start().map_err(|failure| failure.exception(py))
+}
+
+/// JSON.
+struct Text(String);
+
+impl Output for Text {
+    fn object<'py>(self: Box<Self>, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(PyString::new(py, &self.0).into_any())
+    }
 }

@@ -2,7 +2,7 @@
 
 use burn_autodiff::Autodiff;
 use burn_flex::Flex;
-use fam::{Options, Parting, Report, Unwrapped, Uvs, unwrap as unwrap_surface};
+use fam::{Options, Parting, Report, Unwrapped, Uvs, in_a_row, unwrap as unwrap_surface};
 use fam_core::atlas::Atlas;
 use fam_core::training::Strategies;
 use fam_layout::Marks;
@@ -20,8 +20,8 @@ use crate::job::{Job, Output, Signal};
 use crate::map::Map;
 use crate::settings::Settings;
 
-/// The job that unwraps a mesh. `labels` has the object and the material of every face, `marks` the
-/// edges to cut and those not to, by their vertices.
+/// The job that unwraps a mesh. `objects` and `materials` have a number for every face; `wanted` are the
+/// edges to cut along, `forbidden` those not to, by their vertices.
 #[pyfunction]
 #[pyo3(signature = (positions, corners, sizes, objects, materials, wanted, forbidden, settings))]
 #[expect(clippy::too_many_arguments, reason = "Python names them")]
@@ -37,12 +37,18 @@ pub fn unwrap(
     settings: Settings,
 ) -> PyResult<Job> {
     let start = || {
-        let mesh = PolygonMesh::new(rows(&positions)?, &Faces { corners, sizes })?;
+        let positions = rows(&positions)?;
+        let faces = Faces::new(&corners, sizes.as_ref())?;
         let marks = [rows(&wanted)?, rows(&forbidden)?];
-        let parting = parting(&mesh, objects.as_deref(), materials.as_deref(), &settings);
-        // Whatever is wrong with them is said at once.
-        let options = settings.options(parting, Marks::default())?;
-        Job::start(move |signal| unwrapped(mesh, options, &marks, signal))
+        let mut options = settings.options(Parting::default(), Marks::default())?;
+        Job::start(move |signal| {
+            let mesh = PolygonMesh::new(positions, &faces)?;
+            options.parting = Parting {
+                duplicates: options.parting.duplicates,
+                ..parting(&mesh, objects.as_deref(), materials.as_deref())
+            };
+            unwrapped(mesh, options, &marks, signal)
+        })
     };
     start().map_err(|failure| failure.exception(py))
 }
@@ -72,10 +78,6 @@ pub fn unwrap_file(
             true => Parting::by_material(&labels.objects, &labels.materials),
             false => Parting::by_object(&labels.objects),
         };
-        let parting = Parting {
-            duplicates: settings.duplicates(),
-            ..parting
-        };
         let options = settings.options(parting, Marks::default())?;
         let marks = [rows(&wanted)?, rows(&forbidden)?];
         let mesh = PolygonMesh {
@@ -89,23 +91,14 @@ pub fn unwrap_file(
 }
 
 /// Faces of different objects and materials are apart; each material has a square of its own.
-fn parting(
-    mesh: &PolygonMesh,
-    objects: Option<&[u32]>,
-    materials: Option<&[u32]>,
-    settings: &Settings,
-) -> Parting {
+fn parting(mesh: &PolygonMesh, objects: Option<&[u32]>, materials: Option<&[u32]>) -> Parting {
     let objects = objects.map_or_else(Vec::new, |objects| mesh.of_triangles(objects));
-    let parting = match materials {
+    match materials {
         None => Parting::by_object(&objects),
         Some(materials) => {
             let materials = mesh.of_triangles(materials).into_iter().map(Some);
             Parting::by_material(&objects, &materials.collect::<Vec<_>>())
         }
-    };
-    Parting {
-        duplicates: settings.duplicates(),
-        ..parting
     }
 }
 
@@ -143,7 +136,12 @@ fn unwrapped(
     let squares = squares(&options.parting);
     let split = Split::at_seams(vertices, &polygons, &uvs);
     Ok(MeshOutput {
-        faces: FaceOutput::new(&polygons, &split, &charts(&uvs), squares.as_deref()),
+        faces: FaceOutput::new(
+            &polygons,
+            &split,
+            &charts(&in_a_row(&uvs, &options.parting)?),
+            squares.as_deref(),
+        ),
         vertex_map: (0..vertices as u32).chain(split.added).collect(),
         vertex_uvs: split.uvs,
         seams: seams.edges,

@@ -1,29 +1,42 @@
 //! Packing charts that are there.
 
-use fam_layout::repacked;
-use fam_surface::UvMap;
-use numpy::{PyArray2, PyReadonlyArray2};
+use fam_layout::{LayoutConfig, Repacked, repacked};
+use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 
-use crate::arrays::{of_rows, rows};
+use crate::arrays::{corner_map, of_rows, rows};
 use crate::failure::Failure;
-use crate::pool::pool;
+use crate::job::{Job, Output};
+use crate::settings::in_python;
 
-/// The UVs `[N, 2]` again with their charts side by side in the unit square; `triangles` has the
-/// UVs of every triangle. Also what share of the square they cover, and the margin kept in texels.
+/// The job that lays the charts of the UVs of corners `[3 M, 2]` side by side in the unit square.
 #[pyfunction]
-pub fn pack<'py>(
-    py: Python<'py>,
+pub fn pack(
+    py: Python<'_>,
     uvs: PyReadonlyArray2<'_, f32>,
-    triangles: PyReadonlyArray2<'_, u32>,
     margin: f64,
     resolution: u32,
-) -> PyResult<(Bound<'py, PyArray2<f32>>, f64, f64)> {
-    let found = || {
-        let map = UvMap::new(rows(&uvs)?, rows(&triangles)?)?;
-        py.detach(|| Ok(pool()?.install(|| repacked(&map, margin, resolution))?))
+) -> PyResult<Job> {
+    let config = LayoutConfig {
+        margin,
+        resolution,
+        ..LayoutConfig::default()
     };
-    let packed = found().map_err(|failure: Failure| failure.exception(py))?;
-    let uvs = packed.uvs.uvs().to_vec();
-    Ok((of_rows(py, uvs), packed.coverage, packed.margin))
+    let start = || {
+        if let Some(problem) = config.problem() {
+            return Err(Failure::Input(in_python(problem)));
+        }
+        let uvs = rows(&uvs)?;
+        Job::start(move |_| Ok(repacked(&corner_map(uvs)?, margin, resolution)?))
+    };
+    start().map_err(|failure| failure.exception(py))
+}
+
+impl Output for Repacked {
+    fn object<'py>(self: Box<Self>, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let corners = self.uvs.triangles().iter().flatten();
+        let uvs = corners.map(|&v| self.uvs.uvs()[v as usize]).collect();
+        let all = (of_rows::<2, f32>(py, uvs), self.coverage, self.margin);
+        Ok(all.into_pyobject(py)?.into_any())
+    }
 }

@@ -61,6 +61,10 @@ impl Settings {
 
     /// All options of an unwrapping.
     pub fn options(&self, parting: Parting, marks: Marks) -> Result<Options, Failure> {
+        let duplicates = match self.separate_duplicates {
+            true => Duplicates::Separate,
+            false => Duplicates::Share,
+        };
         let method = match self.method.as_str() {
             "auto" => Method::Auto,
             "direct" => Method::Direct,
@@ -77,23 +81,21 @@ impl Settings {
             method,
             training: self.training()?,
             layout: self.layout()?,
-            parting,
+            parting: Parting {
+                duplicates,
+                ..parting
+            },
             marks,
             time_budget,
             ..Options::default()
         })
     }
-
-    /// What becomes of triangles that repeat others.
-    pub fn duplicates(&self) -> Duplicates {
-        match self.separate_duplicates {
-            true => Duplicates::Separate,
-            false => Duplicates::Share,
-        }
-    }
 }
 
-/// A message about an option, which has an underscore in Python.
-fn in_python(problem: &str) -> String {
-    problem.replace('-', "_")
+/// A message that begins with the name of an option, which has underscores in Python.
+pub fn in_python(problem: &str) -> String {
+    match problem.split_once(' ') {
+        Some((option, rest)) => format!("{} {rest}", option.replace('-', "_")),
+        None => problem.to_owned(),
+    }
 }

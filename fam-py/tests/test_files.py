@@ -44,6 +44,13 @@ def test_a_file_is_written_back_with_nothing_lost(tmp_path: Path) -> None:
     assert fa.read(tmp_path / "c.glb").uvs is not None
     with pytest.raises(fa.InputError, match=r"uvs must have the shape \[4, 3, 2\]"):
         file.write(tmp_path / "d.obj", layout.vertex_uvs)
+    other = fa.unwrap(file.vertices, file.faces[:, ::-1])
+    with pytest.raises(fa.InputError, match="that of another mesh"):
+        file.write(tmp_path / "d.obj", other)
+    per_material = fa.unwrap(file, materials=True)
+    assert per_material.squares is not None and len(set(per_material.squares)) == 2
+    with pytest.raises(fa.InputError, match="a file has its own faces"):
+        fa.unwrap(file, file.faces)
     with pytest.raises(fa.FileError, match="missing.obj"):
         fa.read(tmp_path / "missing.obj")
     with pytest.raises(fa.FileError):
@@ -95,3 +102,6 @@ def test_charts_are_packed() -> None:
     assert after["symmetric_dirichlet"] == pytest.approx(before["symmetric_dirichlet"], abs=1e-4)
     with pytest.raises(fa.InputError, match="uvs must have the shape"):
         fa.pack(layout.vertex_uvs)
+    for options in ({"margin": -5}, {"resolution": 3}, {"margin": float("nan")}):
+        with pytest.raises(fa.InputError, match="must"):
+            fa.pack(layout.uvs, **options)

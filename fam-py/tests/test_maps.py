@@ -54,6 +54,14 @@ def test_the_jacobian_is_that_of_the_uvs(trained: fa.Map) -> None:
         assert np.allclose(jacobian[:, :, axis], quotient, atol=2e-3), axis
 
 
+def test_training_takes_its_own_options() -> None:
+    vertices, faces = shapes.sheet()
+    with pytest.raises(fa.InputError, match="normals are those of a cloud"):
+        fa.train(vertices, faces, normals=vertices)
+    with pytest.raises(fa.InputError, match="there is no preset"):
+        fa.train(vertices, faces, preset="slow")
+
+
 def test_maps_are_saved_and_pickled(trained: fa.Map, tmp_path: Path) -> None:
     points = shapes.sheet(5, 5)[0]
     path = tmp_path / "model.safetensors"

@@ -64,6 +64,7 @@ def test_options_are_kept() -> None:
     assert not set(apart.charts[halves == 0]) & set(apart.charts[halves == 1])
     squares = fa.unwrap(vertices, faces, materials=halves * 7 - 3)
     assert squares.squares is not None and (squares.squares == halves).all()
+    assert not set(squares.charts[halves == 0]) & set(squares.charts[halves == 1])
     quick = fa.unwrap(vertices, faces, time_budget=1e-6)
     assert quick.metrics["overlapping_pairs"] == quick.metrics["flipped_triangles"] == 0
     assert quick.warnings[0] == "finishing was stopped early"
@@ -84,12 +85,22 @@ def test_meshes_share_a_square() -> None:
     assert fa.measure(vertices, faces, both)["overlapping_pairs"] == 0
     assert fa.measure(vertices, faces, both)["symmetric_dirichlet"] <= 4.1
     assert fa.unwrap_meshes([]) == []
+    with pytest.raises(fa.InputError, match="faces of mesh 1 is empty"):
+        fa.unwrap_meshes([meshes[0], (meshes[1][0], [])])
 
 
 def test_the_same_input_gives_the_same_layout() -> None:
     vertices, faces = shapes.torus()
     one, other = fa.unwrap(vertices, faces), fa.unwrap(vertices, faces)
     assert (one.uvs == other.uvs).all() and (one.seams == other.seams).all()
+
+
+def misaligned(array: np.ndarray) -> np.ndarray:
+    """The array one byte beside where its numbers should be."""
+    room = np.zeros(array.nbytes + 1, dtype=np.uint8)
+    found = room[1:].view(array.dtype).reshape(array.shape)
+    found[:] = array
+    return found
 
 
 def test_arrays_of_all_kinds_are_taken() -> None:
@@ -104,6 +115,7 @@ def test_arrays_of_all_kinds_are_taken() -> None:
         (wide[:, ::2], np.asfortranarray(faces)),
         (vertices, read_only),
         (vertices[::-1][::-1], faces.astype(np.uint64)),
+        (misaligned(vertices), misaligned(faces)),
     ):
         assert (fa.unwrap(own, corners).uvs == expected).all()
     half = fa.unwrap(vertices.astype(np.float16), faces)
@@ -152,8 +164,18 @@ def test_arrays_that_make_no_sense_are_named() -> None:
         fa.unwrap(vertices, faces, bound=4.2)  # type: ignore[call-arg]
     with pytest.raises(ValueError, match="resolution"):
         fa.unwrap(vertices, faces, resolution=3)
-    with pytest.raises((TypeError, fa.InputError, OverflowError)):
-        fa.unwrap(vertices, faces, resolution=-3)
+    for option, value in (
+        ("resolution", -3),
+        ("max_charts", -1),
+        ("max_charts", 2.5),
+        ("seed", -1),
+        ("margin", None),
+        ("method", None),
+    ):
+        with pytest.raises(fa.InputError, match=f"{option} must be"):
+            fa.unwrap(vertices, faces, **{option: value})
+    with pytest.raises(fa.InputError, match="faces is no array"):
+        fa.unwrap(vertices, [[0, 1, [2]], [0, 1, 2]])
 
 
 def test_odd_meshes_have_layouts() -> None:

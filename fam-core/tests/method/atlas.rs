@@ -195,31 +195,34 @@ fn seams_are_those_of_the_trained_components_by_the_vertices_of_the_whole() {
     assert!((1.5..2.6).contains(&ratio), "{ratio}");
 }
 
-/// Against central differences, on flat and on trained components, which have other scales.
+/// Against central differences, on flat and on trained components, which have other scales. The
+/// networks have kinks, so a difference across one says nothing: nearly all agree.
 #[test]
 fn the_jacobian_is_that_of_the_uvs() {
     let mesh = four();
     let flattened = run(&mesh, Division::default(), |_| ControlFlow::Continue(()));
-    let components = flattened.components.as_ref().unwrap();
-    for component in &components.list {
-        let point = component.mesh.positions()[1];
-        let [[u, v]] = flattened.atlas.jacobian(&[point])[..] else {
-            panic!("a point has two rows");
-        };
-        let step = 1e-2;
+    let step = 2e-3;
+    for component in &flattened.components.as_ref().unwrap().list {
+        let points = component.mesh.positions();
+        let found = flattened.atlas.jacobian(points);
+        let mut errors = Vec::new();
         for axis in 0..3 {
-            let at = |side: f64| {
-                let mut moved = point;
-                moved[axis] += side * step;
-                flattened.atlas.uvs(&[moved])[0].map(f64::from)
+            let moved = |side: f64| {
+                let of =
+                    |p: &[f64; 3]| [0, 1, 2].map(|a| p[a] + if a == axis { side } else { 0.0 });
+                flattened
+                    .atlas
+                    .uvs(&points.iter().map(of).collect::<Vec<_>>())
             };
-            let (high, low) = (at(1.0), at(-1.0));
-            let quotient = [0, 1].map(|k| (high[k] - low[k]) / (2.0 * step));
-            for (found, expected) in [u[axis], v[axis]].into_iter().zip(quotient) {
-                let found = f64::from(found);
-                assert!((found - expected).abs() < 2e-3, "{found}, not {expected}");
+            for ((rows, high), low) in found.iter().zip(moved(step)).zip(moved(-step)) {
+                for k in 0..2 {
+                    let quotient = f64::from(high[k] - low[k]) / (2.0 * step);
+                    errors.push((f64::from(rows[k][axis]) - quotient).abs());
+                }
             }
         }
+        let wrong = errors.iter().filter(|error| **error > 2e-3).count();
+        assert!(wrong * 20 <= errors.len(), "{wrong} of {}", errors.len());
     }
 }
 

@@ -10,8 +10,7 @@ use super::{Chart, pack, to_f32};
 /// A UV map whose charts were laid side by side.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Repacked {
-    /// The map: its UVs and triangles in their order. A UV that is in several charts has the place
-    /// of the last of them.
+    /// The map: triangles in their order, every chart with UVs of its own.
     pub uvs: UvMap,
     /// Share of the square that charts cover.
     pub coverage: f64,
@@ -32,8 +31,8 @@ pub fn repacked(uvs: &UvMap, margin: f64, resolution: u32) -> Result<Repacked, S
         .max()
         .map_or(0, |&last| last as usize + 1);
     let mut parts = vec![Part::default(); count];
-    for (&chart, triangle) in of_triangle.iter().zip(uvs.triangles()) {
-        parts[chart as usize].push(uvs, triangle);
+    for (t, &chart) in (0..).zip(&of_triangle) {
+        parts[chart as usize].push(uvs, t);
     }
     let own: Vec<Chart> = parts
         .iter()
@@ -41,39 +40,45 @@ pub fn repacked(uvs: &UvMap, margin: f64, resolution: u32) -> Result<Repacked, S
         .collect::<Result<_, _>>()?;
     let packing = pack(&own, margin, resolution, &|| true);
     let placed = to_f32(&own, &packing)?;
-    let mut found = vec![[0.0; 2]; uvs.uvs().len()];
+    let mut found = Vec::new();
+    let mut triangles = vec![[0; 3]; uvs.triangles().len()];
     for (part, placed) in parts.iter().zip(placed.uvs) {
-        for (&v, q) in part.source.iter().zip(placed) {
-            found[v as usize] = q;
+        let first = found.len() as u32;
+        found.extend(placed);
+        for (corners, &t) in part.triangles.iter().zip(&part.source) {
+            triangles[t as usize] = corners.map(|v| first + v);
         }
     }
     Ok(Repacked {
-        uvs: UvMap::new(found, uvs.triangles().to_vec())?,
+        uvs: UvMap::new(found, triangles)?,
         coverage: packing.coverage,
         margin: packing.margin,
     })
 }
 
-/// A chart with indices of its own.
+/// A chart with indices of its own: one for each place.
 #[derive(Clone, Default)]
 struct Part {
     uvs: Vec<[f64; 2]>,
     triangles: Vec<[u32; 3]>,
-    /// The index of every UV in the map.
+    /// The triangle of the map for each of its own.
     source: Vec<u32>,
-    numbers: HashMap<u32, u32>,
+    numbers: HashMap<[u32; 2], u32>,
 }
 
 impl Part {
-    fn push(&mut self, map: &UvMap, triangle: &[u32; 3]) {
-        let own = triangle.map(|v| {
-            *self.numbers.entry(v).or_insert_with(|| {
-                self.uvs.push(map.uvs()[v as usize].map(f64::from));
-                self.source.push(v);
-                self.source.len() as u32 - 1
+    fn push(&mut self, map: &UvMap, triangle: u32) {
+        let corners = map.corners(triangle as usize);
+        // Adding zero makes −0 and 0 one.
+        let own = corners.map(|q| {
+            let place = q.map(|c| (c + 0.0).to_bits());
+            *self.numbers.entry(place).or_insert_with(|| {
+                self.uvs.push(q.map(f64::from));
+                self.uvs.len() as u32 - 1
             })
         });
         self.triangles.push(own);
+        self.source.push(triangle);
     }
 }
 
@@ -105,5 +110,41 @@ mod tests {
         assert_eq!(packed.margin, 4.0);
         let empty = UvMap::new(vec![], vec![]).unwrap();
         assert!(repacked(&empty, 4.0, 256).unwrap().uvs.uvs().is_empty());
+    }
+    #[test]
+    fn charts_that_touch_at_a_corner_come_apart() {
+        let mut uvs = Vec::new();
+        let mut triangles = Vec::new();
+        for k in 0..3 {
+            let low = k as f32;
+            let first = 4 * k;
+            // The first two share the index of the corner at which they touch, the last does not.
+            uvs.extend([
+                [low, low],
+                [low + 1.0, low],
+                [low + 1.0, low + 1.0],
+                [low, low + 1.0],
+            ]);
+            let corner = if k == 1 { 2 } else { first };
+            triangles.extend([
+                [corner, first + 1, first + 2],
+                [corner, first + 2, first + 3],
+            ]);
+        }
+        let map = UvMap::new(uvs, triangles).unwrap();
+        let packed = repacked(&map, 2.0, 256).unwrap();
+        let mut overlapping = 0;
+        for_each_overlapping_pair(&packed.uvs, |_| overlapping += 1);
+        assert_eq!(overlapping, 0);
+        let side = |t: usize| {
+            let [a, b, _] = packed.uvs.corners(t);
+            f64::from(a[0] - b[0]).hypot(f64::from(a[1] - b[1]))
+        };
+        let sides = [0, 2, 4].map(side);
+        assert!(
+            sides
+                .iter()
+                .all(|side| (side / sides[0] - 1.0).abs() < 1e-5)
+        );
     }
 }

@@ -1,5 +1,6 @@
 """The program `fam`: `python -m flatten_anything unwrap mesh.obj`."""
 
+import signal
 import sys
 
 from . import _native
@@ -7,6 +8,8 @@ from . import _native
 
 def main() -> None:
     """Run the program with the arguments of this process."""
+    # Python's handler would wait until the program returns.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
     sys.exit(_native.run_program(["fam", *sys.argv[1:]]))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -46,21 +47,15 @@ def points(of: npt.ArrayLike, name: str) -> Floats:
 
 def numbers(of: npt.ArrayLike, name: str) -> Floats:
     """Return any array of numbers in double precision."""
-    try:
-        array = np.asarray(of)
-    except ValueError as error:
-        raise InputError(f"{name} is no array of numbers: {error}") from None
+    array = _array(of, name)
     if array.dtype.kind not in "fiu":
         raise InputError(f"{name} is no array of numbers, but of {array.dtype}")
-    return np.ascontiguousarray(array, dtype=np.float64)
+    return np.require(array, np.float64, ["C", "A"])
 
 
 def indices(of: npt.ArrayLike, name: str, below: int | None = None) -> Indices:
     """Return any array of integers from 0 on, and smaller than `below`."""
-    try:
-        array = np.asarray(of)
-    except ValueError as error:
-        raise InputError(f"{name} is no array of integers: {error}") from None
+    array = _array(of, name)
     if array.size == 0:
         array = array.astype(np.uint32)
     if array.dtype.kind not in "iu":
@@ -72,24 +67,34 @@ def indices(of: npt.ArrayLike, name: str, below: int | None = None) -> Indices:
             raise InputError(f"{name} has the index {low}, but they count from 0")
         if high >= limit:
             raise InputError(f"{name} has the index {high}, but there are only {limit}")
-    return np.ascontiguousarray(array, dtype=np.uint32)
+    return np.require(array, np.uint32, ["C", "A"])
+
+
+def _array(of: Any, name: str) -> npt.NDArray[Any]:
+    try:
+        return np.asarray(of)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} is no array: {error}") from None
 
 
 def faces(of: FacesLike, vertices: int, name: str = "faces") -> Faces:
     """Return faces of three and more corners."""
     rows: Any = of
-    if not isinstance(rows, np.ndarray):
-        rows = list(rows) if isinstance(rows, Sequence) else np.asarray(rows)
-    if isinstance(rows, list) and len({np.size(row) for row in rows}) > 1:
-        counts = np.array([np.size(row) for row in rows], dtype=np.uint32)
-        if counts.min() < 3:
+    if isinstance(rows, (list, tuple)):
+        try:
+            counts = np.fromiter(map(len, rows), dtype=np.uint32, count=len(rows))
+        except TypeError:
+            raise InputError(f"{name} must be a sequence of sequences of vertices") from None
+        if len(counts) and counts.min() < 3:
             bad = int(np.flatnonzero(counts < 3)[0])
             raise InputError(f"{name}[{bad}] has fewer than three corners")
-        joined = np.concatenate([np.asarray(row).reshape(-1) for row in rows])
-        return Faces(indices(joined, name, vertices), counts, None)
+        if len(counts) and counts.min() < counts.max():
+            flat = itertools.chain.from_iterable(rows)
+            joined = indices(_array(list(flat), name), name, vertices)
+            return Faces(joined, counts, None)
     array = indices(rows, name, vertices)
     if array.size == 0:
-        raise InputError(f"{name} is empty: a cloud of points takes unwrap_points")
+        raise InputError(f"{name} is empty")
     if array.ndim != 2 or array.shape[1] < 3:
         raise InputError(f"{name} must have the shape [M, 3], not {list(array.shape)}")
     count, width = array.shape
@@ -113,7 +118,7 @@ def per_face(of: npt.ArrayLike | None, count: int, name: str) -> list[int] | Non
     """Return a number for every face: any integers become 0, 1, 2… in ascending order."""
     if of is None:
         return None
-    array = np.asarray(of)
+    array = _array(of, name)
     if array.dtype.kind not in "iub" or array.shape != (count,):
         raise InputError(f"{name} must be one integer for each of the {count} faces")
     _, numbered = np.unique(array, return_inverse=True)
@@ -121,13 +126,10 @@ def per_face(of: npt.ArrayLike | None, count: int, name: str) -> list[int] | Non
     return found
 
 
-def uv_triangles(of: npt.ArrayLike, triangles: int, name: str = "uvs") -> tuple[Singles, Indices]:
-    """Return UVs of corners `[M, 3, 2]` and, for every triangle, three indices into them."""
-    array = np.ascontiguousarray(numbers(of, name), dtype=np.float32)
-    if array.shape != (triangles, 3, 2):
-        found = list(array.shape)
-        raise InputError(f"{name} must have the shape [{triangles}, 3, 2], not {found}")
-    # Adding zero makes −0 and 0 one.
-    unique, numbered = np.unique(array.reshape(-1, 2) + 0, axis=0, return_inverse=True)
-    corners = np.ascontiguousarray(numbered.reshape(-1, 3), dtype=np.uint32)
-    return np.ascontiguousarray(unique, dtype=np.float32), corners
+def corner_uvs(of: npt.ArrayLike, triangles: int | None, name: str = "uvs") -> Singles:
+    """Return UVs of the corners of triangles `[M, 3, 2]` as `[3 M, 2]`."""
+    array = numbers(of, name)
+    count = "M" if triangles is None else triangles
+    if array.ndim != 3 or array.shape[1:] != (3, 2) or count not in ("M", len(array)):
+        raise InputError(f"{name} must have the shape [{count}, 3, 2], not {list(array.shape)}")
+    return np.require(array.reshape(-1, 2), np.float32, ["C", "A"])

@@ -14,7 +14,7 @@ class FileError(FlattenAnythingError, OSError):
 
 
 class TrainingError(FlattenAnythingError, RuntimeError):
-    """Networks cannot be trained on the surface."""
+    """Training failed from the first step on."""
 
 
 class Cancelled(FlattenAnythingError):

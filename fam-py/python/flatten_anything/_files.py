@@ -60,6 +60,10 @@ class File:
         given: Any = uvs
         native = getattr(given, "_native", None)
         if isinstance(native, _native.IndexedUvs):
+            is_even = isinstance(given.faces, np.ndarray) and self.faces is not None
+            own: Any = self.faces
+            if not is_even or not np.array_equal(given.vertex_map[given.faces], own):
+                raise InputError("the layout is that of another mesh")
             self._native.write_layout(os.fspath(path), native, uv_set)
             return
         array = _arrays.numbers(getattr(given, "uvs", given), "uvs")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable
-from concurrent.futures import CancelledError, Future
+from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any, Generic, ParamSpec, TypeVar
 
@@ -24,7 +24,7 @@ class Progress:
     """How far a computation is."""
 
     stage: str
-    """`plan`, `train`, `reconstruct`, `flatten` or `pack`."""
+    """`start`, `plan`, `train`, `reconstruct`, `flatten` or `pack`."""
     fraction: float
     """Estimated fraction of the stage that is over, from 0 to 1."""
     parts: int
@@ -56,12 +56,15 @@ def wait(job: _native.Job, observe: Observer | None) -> Any:
 class Job(Future[Result], Generic[Result]):
     """A computation in the background: a `concurrent.futures.Future` that can be cancelled.
 
-    `submit` makes one. `asyncio.wrap_future` makes it awaitable.
+    `submit` makes one. `asyncio.wrap_future` makes it awaitable. It runs from the start on, though
+    `running` is False: that state of a future cannot be cancelled.
     """
 
     def __init__(self) -> None:
         super().__init__()
-        self._stop = threading.Event()
+        self._stop = False
+        self._ended = False
+        self._lock = threading.Lock()
         self._progress: Progress | None = None
 
     @property
@@ -71,15 +74,25 @@ class Job(Future[Result], Generic[Result]):
 
     def cancel(self) -> bool:
         """Ask it to end soon; `result` raises `CancelledError` then. False if it has ended."""
-        if self.done():
-            return False
-        self._stop.set()
-        return True
+        with self._lock:
+            self._stop = self._stop or not self._ended
+            return self._stop
 
     def _observe(self, now: Progress) -> None:
         self._progress = now
-        if self._stop.is_set():
+        if self._stop:
             raise Cancelled("cancelled")
+
+    def _end(self) -> bool:
+        """Say that it has ended; return whether somebody cancelled it before."""
+        with self._lock:
+            self._ended = True
+            return self._stop
+
+    def _become_cancelled(self) -> None:
+        super().cancel()
+        # Whoever waits for several futures is told only by this.
+        self.set_running_or_notify_cancel()
 
 
 def submit(
@@ -104,12 +117,14 @@ def submit(
     def run() -> None:
         try:
             result = function(*args, **kwargs, progress=observe)  # type: ignore[arg-type]
-        except Cancelled:
-            super(Job, job).cancel()
-            if not job.cancelled():
-                job.set_exception(CancelledError())
         except BaseException as error:
-            job.set_exception(error)
+            failed: BaseException | None = error
+        else:
+            failed = None
+        if job._end():
+            job._become_cancelled()
+        elif failed is not None:
+            job.set_exception(failed)
         else:
             job.set_result(result)
 

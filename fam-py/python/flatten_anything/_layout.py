@@ -14,7 +14,7 @@ from ._arrays import Indices, Singles
 from ._maps import Map
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Layout:
     """The UV layout of a mesh.
 
@@ -34,7 +34,7 @@ class Layout:
     face_map: Indices
     """For every face of the layout `[M]` the face of the input."""
     charts: Indices
-    """The chart of every face `[M]`, counting from 0."""
+    """The chart of every face `[M]`, counting from 0; a face without area has one of its own."""
     squares: Indices | None
     """The UV square of every face `[M]`, if materials have squares of their own."""
     seams: npt.NDArray[np.uint32]
@@ -58,13 +58,19 @@ class Layout:
             return [self.vertex_uvs[face] for face in self.faces]
         return self.vertex_uvs[self.faces]
 
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_native": None}
+
+    def __repr__(self) -> str:
+        return f"<flatten_anything.Layout: {len(self.faces)} faces, {len(self.vertex_uvs)} UVs>"
+
     @property
     def corner_uvs(self) -> Singles:
         """UVs `[C, 2]` of all corners, face by face."""
         return self.vertex_uvs[self._corners]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PointLayout:
     """The UV layout of a point cloud."""
 
@@ -79,16 +85,25 @@ class PointLayout:
     map: Map | None
     """The trained map."""
 
+    def __repr__(self) -> str:
+        return f"<flatten_anything.PointLayout: {len(self.uvs)} points>"
 
-def layout_of(found: dict[str, Any], width: int | None) -> Layout:
-    """Return a layout of what the native part found; `width` is that of all faces, if any."""
+
+def layout_of(
+    found: dict[str, Any], width: int | None, report: dict[str, Any] | None = None
+) -> Layout:
+    """Return a layout of what the native part found; `width` is that of all faces, if any.
+
+    `report` is what it found as JSON, if that was read before.
+    """
     corners, sizes = found["corners"], found["sizes"]
     is_even = width is not None and bool((sizes == width).all())
     if is_even:
         faces = corners.reshape(-1, width)
     else:
         faces = np.split(corners, np.cumsum(sizes)[:-1])
-    report = json.loads(found["report"])
+    if report is None:
+        report = json.loads(found["report"])
     trained = found["map"]
     return Layout(
         vertex_uvs=found["vertex_uvs"],

@@ -12,7 +12,7 @@ from . import _arrays, _native
 from ._arrays import FacesLike, Indices, Singles
 from ._errors import InputError
 from ._job import Observer, wait
-from ._options import Options, complete
+from ._options import TrainingOptions, complete
 
 
 class Map:
@@ -23,15 +23,21 @@ class Map:
 
     def uvs(self, points: npt.ArrayLike) -> Singles:
         """Return the UVs `[N, 2]` of points `[N, 3]` in the units of the surface."""
-        return self._native.uvs(_arrays.points(points, "points"))
+        found: Singles = wait(self._native.uvs(_arrays.points(points, "points")), None)
+        return found
 
     def jacobian(self, points: npt.ArrayLike) -> Singles:
-        """Return the derivatives `[N, 2, 3]` of the UVs by the coordinates of points `[N, 3]`."""
-        return self._native.jacobian(_arrays.points(points, "points"))
+        """Return the derivatives `[N, 2, 3]` of the UVs by the coordinates of points `[N, 3]`.
+
+        They are in UV units per unit of the surface.
+        """
+        found: Singles = wait(self._native.jacobian(_arrays.points(points, "points")), None)
+        return found
 
     def seams(self, points: npt.ArrayLike) -> Indices:
         """Return the indices of those among evenly spread points `[N, 3]` where the map is torn."""
-        return self._native.seams(_arrays.points(points, "points"))
+        found: Indices = wait(self._native.seams(_arrays.points(points, "points")), None)
+        return found
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the map, as the program `fam` writes `model.safetensors`."""
@@ -59,12 +65,12 @@ def train(
     *,
     normals: npt.ArrayLike | None = None,
     progress: Observer | None = None,
-    **options: Unpack[Options],
+    **options: Unpack[TrainingOptions],
 ) -> Map:
     """Train the networks of Flatten Anything on a mesh, or on a cloud if there are no faces.
 
     The map is raw: it may fold and overlap itself. `unwrap(..., method="neural")` makes a layout of
-    it. Of the options, `preset`, `iterations` and `seed` count.
+    it. `normals` `[N, 3]` are those of a cloud.
     """
     positions = _arrays.points(vertices, "vertices")
     settings = complete(options)
@@ -72,6 +78,8 @@ def train(
         directions = None if normals is None else _normals(normals, len(positions))
         job = _native.train(positions, None, None, directions, settings)
     else:
+        if normals is not None:
+            raise InputError("normals are those of a cloud: a mesh has its own")
         given = _arrays.faces(faces, len(positions))
         job = _native.train(positions, given.corners, given.sizes, None, settings)
     return Map(wait(job, progress))

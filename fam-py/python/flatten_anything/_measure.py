@@ -11,6 +11,8 @@ import numpy.typing as npt
 from . import _arrays, _native
 from ._arrays import Singles
 from ._errors import InputError
+from ._job import wait
+from ._options import number, whole
 
 
 def measure(vertices: npt.ArrayLike, faces: npt.ArrayLike, uvs: npt.ArrayLike) -> dict[str, Any]:
@@ -25,8 +27,9 @@ def measure(vertices: npt.ArrayLike, faces: npt.ArrayLike, uvs: npt.ArrayLike) -
     given = _arrays.faces(faces, len(positions))
     if given.width != 3:
         raise InputError("faces must be triangles")
-    unique, corners = _arrays.uv_triangles(uvs, len(given))
-    text = _native.measure(positions, given.corners.reshape(-1, 3), unique, corners)
+    of_corners = _arrays.corner_uvs(uvs, len(given))
+    job = _native.measure(positions, given.corners.reshape(-1, 3), of_corners)
+    text = wait(job, None)
     found: dict[str, Any] = json.loads(text)
     return found
 
@@ -51,7 +54,7 @@ def pack(uvs: npt.ArrayLike, *, margin: float = 4.0, resolution: int = 2048) -> 
     - `margin`: texels between charts, of a square of `resolution` texels.
 
     """
-    array = _arrays.numbers(uvs, "uvs")
-    unique, corners = _arrays.uv_triangles(array, len(array))
-    placed, coverage, kept = _native.pack(unique, corners, margin, resolution)
-    return Packed(placed[corners], coverage, kept)
+    of_corners = _arrays.corner_uvs(uvs, None)
+    job = _native.pack(of_corners, number("margin", margin), whole("resolution", resolution))
+    placed, coverage, kept = wait(job, None)
+    return Packed(placed.reshape(-1, 3, 2), coverage, kept)

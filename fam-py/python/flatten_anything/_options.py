@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Literal, TypedDict
+import numbers
+from typing import Any, Literal, TypedDict, cast
+
+from ._errors import InputError
 
 Method = Literal["auto", "direct", "neural"]
 Preset = Literal["fast", "paper"]
@@ -53,9 +56,52 @@ _DEFAULTS: Options = {
 }
 
 
-def complete(options: Options) -> Options:
-    """Return the options with the defaults of those that are not given."""
-    unknown = set(options) - set(_DEFAULTS)
+class TrainingOptions(TypedDict, total=False):
+    """How networks are trained: those of `Options` that `train` takes."""
+
+    preset: Preset
+    iterations: int | None
+    seed: int | None
+
+
+_TEXTS = {"method", "preset"}
+_NUMBERS = {"distortion_bound", "seam_weight", "margin", "time_budget"}
+_MAY_BE_NONE = {"max_charts", "time_budget", "iterations", "seed"}
+_LARGEST = {"resolution": 2**32 - 1, "seed": 2**64 - 1}
+
+
+def complete(options: Options | TrainingOptions) -> Options:
+    """Return the options, checked, with the defaults of those that are not given."""
+    given: dict[str, Any] = dict(options)
+    unknown = set(given) - set(_DEFAULTS)
     if unknown:
         raise TypeError(f"there is no option {sorted(unknown)[0]!r}")
-    return {**_DEFAULTS, **options}
+    return cast(Options, {**_DEFAULTS, **{name: _checked(name, given[name]) for name in given}})
+
+
+def _checked(name: str, value: Any) -> Any:
+    if value is None and name in _MAY_BE_NONE:
+        return None
+    if name in _TEXTS:
+        if isinstance(value, str):
+            return value
+        raise InputError(f"{name} must be a text, not {value!r}")
+    if name == "separate_duplicates":
+        return bool(value)
+    if name in _NUMBERS:
+        return number(name, value)
+    return whole(name, value, _LARGEST.get(name, 2**63 - 1))
+
+
+def number(name: str, value: Any) -> float:
+    """Return an option that is a number."""
+    if isinstance(value, numbers.Real):
+        return float(value)
+    raise InputError(f"{name} must be a number, not {value!r}")
+
+
+def whole(name: str, value: Any, largest: int = 2**32 - 1) -> int:
+    """Return an option that is a whole number from 0 on."""
+    if isinstance(value, numbers.Integral) and 0 <= int(value) <= largest:
+        return int(value)
+    raise InputError(f"{name} must be a whole number from 0 on, not {value!r}")

@@ -25,7 +25,7 @@ def unwrap(
     seams: npt.ArrayLike | None = None,
     no_seams: npt.ArrayLike | None = None,
     objects: npt.ArrayLike | None = None,
-    materials: npt.ArrayLike | None = None,
+    materials: npt.ArrayLike | bool | None = None,
     progress: Observer | None = None,
     **options: Unpack[Options],
 ) -> Layout:
@@ -37,7 +37,8 @@ def unwrap(
     - `seams`: edges `[K, 2]` by their vertices, along which the mesh is cut.
     - `no_seams`: edges along which it is cut only where there is no other way.
     - `objects`: an integer for each face; faces of different objects are in different charts.
-    - `materials`: an integer for each face; each material has a UV square of its own.
+    - `materials`: an integer for each face; each material has a UV square of its own. Of a file,
+      True takes its materials.
     - `progress`: is called about ten times a second; what it raises cancels.
     - `options`: those of `Options`.
 
@@ -47,10 +48,12 @@ def unwrap(
     settings = complete(options)
     if isinstance(vertices, File):
         file = vertices
+        if faces is not None or objects is not None or not isinstance(materials, bool | None):
+            raise InputError("a file has its own faces and objects; materials is True or False")
         count = len(file.vertices)
         wanted = _arrays.edges(seams, count, "seams")
         forbidden = _arrays.edges(no_seams, count, "no_seams")
-        job = _native.unwrap_file(file._native, materials is not None, wanted, forbidden, settings)
+        job = _native.unwrap_file(file._native, materials is True, wanted, forbidden, settings)
         return layout_of(wait(job, progress), 3)
     positions = _arrays.points(vertices, "vertices")
     if faces is None:
@@ -93,6 +96,7 @@ def unwrap_meshes(
         objects.extend([number] * len(given))
         widths.append(given.width)
         first += len(own)
+    settings = complete(options)
     if not positions:
         return []
     none = np.empty((0, 2), dtype=np.uint32)
@@ -104,7 +108,7 @@ def unwrap_meshes(
         None,
         none,
         none,
-        complete(options),
+        settings,
     )
     found = wait(job, progress)
     counts = [(len(own), len(of_faces)) for own, of_faces in zip(positions, sizes, strict=True)]

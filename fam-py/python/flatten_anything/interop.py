@@ -20,9 +20,10 @@ def from_trimesh(
 
 
 def to_trimesh(mesh: Any, layout: Layout) -> Any:
-    """Return a `trimesh.Trimesh` with the UVs of its layout; what it has per vertex is kept.
+    """Return a `trimesh.Trimesh` with the UVs of its layout.
 
-    A material stays; without one, trimesh's default gets the UVs.
+    Normals and attributes of vertices and a material stay; colours, attributes of faces and
+    metadata do not.
     """
     import trimesh
 
