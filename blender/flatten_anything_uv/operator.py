@@ -12,32 +12,32 @@ from . import meshes
 INTERVAL = 0.1
 
 #: What goes on to other handlers while it runs: looking around.
-NAVIGATION = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "MOUSEMOVE", "TRACKPADPAN"}
+NAVIGATION = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "MOUSEMOVE", "WINDOW_DEACTIVATE"}
+
+#: What begins so goes on, too: timers of others, trackpads and 3D mice.
+PASSING = ("TIMER", "TRACKPAD", "NDOF")
 
 
 class Task:
-    """The faces of all meshes as one, and the computation on them."""
+    """The triangles of all meshes as one, and the computation on them."""
 
     def __init__(self, parts, options):
         import flatten_anything
 
         self.parts = parts
-        self.counts = [len(part.mesh.polygons) for part in parts]
-        first = np.cumsum([0] + [len(part.vertices) for part in parts])
-        moved = list(zip(parts, first[:-1], strict=True))
-        self.first = first
-        self.faces = [[v + int(at) for v in face] for part, at in moved for face in part.faces]
+        self.first = np.cumsum([0] + [len(part.vertices) for part in parts])
+        moved = list(zip(parts, self.first[:-1], strict=True))
 
-        def edges(of):
+        def joined(of):
             return np.concatenate([of(part) + np.uint32(at) for part, at in moved])
 
         self.job = flatten_anything.submit(
             flatten_anything.unwrap,
             np.concatenate([part.vertices for part in parts]),
-            self.faces,
-            seams=edges(lambda part: part.seams) if options.pop("use_seams") else None,
-            no_seams=edges(lambda part: part.smooth),
-            objects=np.repeat(np.arange(len(parts)), [len(part.faces) for part in parts]),
+            joined(lambda part: part.triangles),
+            seams=joined(lambda part: part.seams) if options.pop("use_seams") else None,
+            no_seams=joined(lambda part: part.spared),
+            objects=np.repeat(np.arange(len(parts)), [len(part.triangles) for part in parts]),
             **options,
         )
 
@@ -50,36 +50,27 @@ class Task:
         return f"Flatten Anything: {now.stage} {100 * now.fraction:.0f} %{of_parts} (Esc: cancel)"
 
     def write(self, mark_seams):
-        """Write the UVs; return the warnings of the layout."""
+        """Write the UVs; return what the user has to know."""
         layout = self.job.result()
-        uvs = corner_uvs(layout, self.faces)
-        at = 0
-        for part, low, high in zip(self.parts, self.first, self.first[1:], strict=False):
-            corners = sum(len(face) for face in part.faces)
+        if not all(meshes.is_unchanged(part) for part in self.parts):
+            raise Changed("the mesh was changed meanwhile")
+        at = crossed = 0
+        for part, low, high in zip(self.parts, self.first[:-1], self.first[1:], strict=True):
             seams = None
             if mark_seams:
                 inside = (layout.seams >= low).all(axis=1) & (layout.seams < high).all(axis=1)
                 seams = layout.seams[inside].astype(np.int64) - int(low)
-            meshes.write(part, uvs[at : at + corners], seams)
-            at += corners
-        return layout.warnings
+            uvs = layout.uvs[at : at + len(part.triangles)]
+            crossed += meshes.write(part, uvs, seams)
+            at += len(part.triangles)
+        warnings = list(layout.warnings)
+        if crossed:
+            warnings.append(f"a seam crosses {crossed} faces, which may overlap others")
+        return warnings
 
 
-def corner_uvs(layout, faces):
-    """Return the UVs of all corners of faces, also of those that a seam crosses."""
-    starts = np.cumsum([0] + [len(face) for face in faces])
-    found = np.full((starts[-1], 2), np.nan, dtype=np.float32)
-    for piece, source in zip(layout.faces, layout.face_map, strict=True):
-        face, start = faces[source], starts[source]
-        if len(piece) == len(face):
-            found[start : start + len(face)] = layout.vertex_uvs[piece]
-            continue
-        # Blender has one UV for a corner; that of the first triangle.
-        for vertex in piece:
-            corner = start + face.index(int(layout.vertex_map[vertex]))
-            if np.isnan(found[corner, 0]):
-                found[corner] = layout.vertex_uvs[vertex]
-    return found
+class Changed(Exception):
+    """The mesh is no longer what the layout is for."""
 
 
 class UV_OT_flatten_anything(bpy.types.Operator):
@@ -171,7 +162,11 @@ class UV_OT_flatten_anything(bpy.types.Operator):
             "resolution": self.resolution,
             "use_seams": self.use_seams,
         }
-        return Task(parts, options)
+        try:
+            return Task(parts, options)
+        except ImportError as error:
+            self.report({"ERROR"}, f"The extension is not for this system: {error}")
+            return None
 
     def end(self, task):
         """Write the result of a computation that has ended."""
@@ -181,7 +176,7 @@ class UV_OT_flatten_anything(bpy.types.Operator):
             warnings = task.write(self.mark_seams)
         except CancelledError:
             return {"CANCELLED"}
-        except flatten_anything.FlattenAnythingError as error:
+        except (Changed, flatten_anything.FlattenAnythingError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         for warning in warnings:
@@ -199,7 +194,7 @@ class UV_OT_flatten_anything(bpy.types.Operator):
     def invoke(self, context, _event):
         """Compute in the background."""
         image = getattr(context.space_data, "image", None)
-        if image is not None and image.size[0] >= 16:
+        if image is not None and image.size[0] >= 16 and not self.properties.is_property_set("resolution"):
             self.resolution = max(image.size)
         self._task = self.start(context)
         if self._task is None:
@@ -215,9 +210,15 @@ class UV_OT_flatten_anything(bpy.types.Operator):
             return self.leave(context, {"CANCELLED"})
         if event.type == "TIMER":
             if self._task.job.done():
-                return self.leave(context, self.end(self._task))
+                try:
+                    result = self.end(self._task)
+                except BaseException:
+                    self.leave(context, {"CANCELLED"})
+                    raise
+                return self.leave(context, result)
             context.workspace.status_text_set(self._task.status())
-        return {"PASS_THROUGH"} if event.type in NAVIGATION else {"RUNNING_MODAL"}
+        passes = event.type in NAVIGATION or event.type.startswith(PASSING)
+        return {"PASS_THROUGH"} if passes else {"RUNNING_MODAL"}
 
     def cancel(self, context):
         """Blender ends it: a file is loaded, or the window closes."""

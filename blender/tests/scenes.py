@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 
 
-def active(name: str = "MESH"):
+def active():
     return bpy.context.view_layer.objects.active
 
 

@@ -1,5 +1,6 @@
 """The extension in a real Blender."""
 
+import importlib
 import time
 from types import SimpleNamespace
 
@@ -13,8 +14,12 @@ import scenes
 def is_valid(metrics) -> None:
     assert metrics["flipped_triangles"] == 0
     assert metrics["overlapping_pairs"] == 0
-    # Polygons that are not flat are other triangles to Blender than to the layout.
-    assert metrics["symmetric_dirichlet"] < 4.2
+    assert metrics["symmetric_dirichlet"] <= 4.1001
+
+
+def operator_module():
+    """The operator's module, wherever extensions are."""
+    return importlib.import_module(bpy.types.UV_OT_flatten_anything.__module__)
 
 
 def test_suzanne_is_unwrapped() -> None:
@@ -184,8 +189,7 @@ def test_cancelling_leaves_the_mesh_as_it_was() -> None:
     mesh = monkey.data
     before = scenes.uvs(mesh)
     scenes.edit(monkey)
-    package = bpy.types.UV_OT_flatten_anything.__module__.rpartition(".")[0]
-    operator = __import__(f"{package}.operator", fromlist=["Task"])
+    operator = operator_module()
     parts = operator.meshes.chosen(bpy.context.objects_in_mode_unique_data, True, False)
     options = {"use_seams": True, "distortion_bound": 4.001}
     task = operator.Task(parts, options)
@@ -218,17 +222,71 @@ def test_menus_and_the_panel_are_there_and_go_away() -> None:
     assert hasattr(bpy.types, "IMAGE_PT_flatten_anything")
 
 
-def test_uvs_of_polygons_that_a_seam_crosses_are_complete() -> None:
-    class Layout:
-        faces = [np.array([0, 1, 2]), np.array([0, 2, 3]), np.array([4, 1, 0])]
-        face_map = np.array([0, 0, 1])
-        vertex_map = np.array([5, 6, 7, 8, 9])
-        vertex_uvs = np.arange(10, dtype=np.float32).reshape(5, 2)
+def test_faces_that_a_seam_crosses_are_counted() -> None:
+    bpy.ops.mesh.primitive_plane_add()
+    plane = scenes.active()
+    scenes.edit(plane)
+    operator = operator_module()
+    [part] = operator.meshes.chosen([plane], True, False)
+    assert part.triangles.shape == (2, 3) and len(part.spared) == 1
+    uvs = np.arange(12, dtype=np.float32).reshape(2, 3, 2)
+    assert operator.meshes.write(part, uvs, None) == 1
+    own = part.vertices[part.triangles][:, :, :2]
+    assert operator.meshes.write(part, own, None) == 0
+    scenes.leave()
+    places = np.array([plane.data.vertices[loop.vertex_index].co.xy for loop in plane.data.loops])
+    assert np.allclose(scenes.uvs(plane.data), places)
 
-    package = bpy.types.UV_OT_flatten_anything.__module__.rpartition(".")[0]
-    operator = __import__(f"{package}.operator", fromlist=["corner_uvs"])
-    found = operator.corner_uvs(Layout, [[5, 6, 7, 8], [9, 6, 5]])
-    assert (found == Layout.vertex_uvs[[0, 1, 2, 3, 4, 1, 0]]).all()
+
+def test_marks_on_the_border_of_the_selection_stay() -> None:
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=4, y_subdivisions=4)
+    grid = scenes.active()
+    scenes.edit(grid)
+    bpy.ops.mesh.select_all(action="DESELECT")
+    edit = bmesh.from_edit_mesh(grid.data)
+    for face in edit.faces:
+        face.select = face.calc_center_median().x > 0
+    bmesh.update_edit_mesh(grid.data)
+    assert bpy.ops.uv.flatten_anything(mark_seams=True) == {"FINISHED"}
+    scenes.leave()
+    marked = [edge for edge in grid.data.edges if edge.use_seam]
+    assert len(marked) == 4
+    assert all(abs(grid.data.vertices[v].co.x) < 1e-6 for edge in marked for v in edge.vertices)
+
+
+def test_faces_that_are_not_flat_do_not_overlap() -> None:
+    bpy.ops.mesh.primitive_circle_add(vertices=20, fill_type="NGON")
+    saddle = scenes.active()
+    for vertex in saddle.data.vertices:
+        vertex.co.z = 0.8 * (vertex.co.x**2 - vertex.co.y**2)
+    assert scenes.unwrap(saddle) == {"FINISHED"}
+    is_valid(scenes.measured(saddle.data))
+
+
+def test_a_mesh_that_changed_meanwhile_is_left_alone() -> None:
+    monkey = scenes.monkey()
+    scenes.edit(monkey)
+    operator = operator_module()
+    parts = operator.meshes.chosen([monkey], True, False)
+    task = operator.Task(parts, {"use_seams": True})
+    task.job.exception()
+    bpy.ops.mesh.delete(type="FACE")
+    with pytest.raises(operator.Changed):
+        task.write(True)
+    scenes.leave()
+    with pytest.raises(operator.Changed):
+        task.write(True)
+    bpy.data.meshes.remove(monkey.data)
+    with pytest.raises(operator.Changed):
+        task.write(True)
+
+
+def test_objects_without_volume_are_unwrapped() -> None:
+    monkey = scenes.monkey()
+    monkey.scale = (1, 1, 0)
+    bpy.context.view_layer.update()
+    assert scenes.unwrap(monkey) == {"FINISHED"}
+    is_valid(scenes.measured(monkey.data))
 
 
 @pytest.mark.parametrize("cancelled", [False, True])
@@ -238,8 +296,7 @@ def test_it_runs_in_the_background_until_it_ends_or_esc(cancelled: bool) -> None
     mesh = monkey.data
     before = scenes.uvs(mesh)
     scenes.edit(monkey)
-    package = bpy.types.UV_OT_flatten_anything.__module__.rpartition(".")[0]
-    operator = __import__(f"{package}.operator", fromlist=["Task"])
+    operator = operator_module()
     kind = operator.UV_OT_flatten_anything
     parts = operator.meshes.chosen(bpy.context.objects_in_mode_unique_data, True, False)
     texts = []
@@ -252,12 +309,13 @@ def test_it_runs_in_the_background_until_it_ends_or_esc(cancelled: bool) -> None
     own.leave = lambda *given: kind.leave(own, *given)
     own.end = lambda task: kind.end(own, task)
     assert kind.modal(own, context, SimpleNamespace(type="A")) == {"RUNNING_MODAL"}
-    assert kind.modal(own, context, SimpleNamespace(type="WHEELUPMOUSE")) == {"PASS_THROUGH"}
+    for passing in ("WHEELUPMOUSE", "TIMER_REPORT", "NDOF_MOTION"):
+        assert kind.modal(own, context, SimpleNamespace(type=passing)) == {"PASS_THROUGH"}
     if cancelled:
         assert kind.modal(own, context, SimpleNamespace(type="ESC")) == {"CANCELLED"}
     else:
-        result = {"RUNNING_MODAL"}
-        while result == {"RUNNING_MODAL"}:
+        result = {"PASS_THROUGH"}
+        while result == {"PASS_THROUGH"}:
             time.sleep(operator.INTERVAL)
             result = kind.modal(own, context, SimpleNamespace(type="TIMER"))
         assert result == {"FINISHED"}
