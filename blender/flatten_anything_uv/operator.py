@@ -21,7 +21,7 @@ PASSING = ("TIMER", "TRACKPAD", "NDOF")
 class Task:
     """The triangles of all meshes as one, and the computation on them."""
 
-    def __init__(self, parts, options):
+    def __init__(self, parts, use_seams, **options):
         import flatten_anything
 
         self.parts = parts
@@ -35,7 +35,7 @@ class Task:
             flatten_anything.unwrap,
             np.concatenate([part.vertices for part in parts]),
             joined(lambda part: part.triangles),
-            seams=joined(lambda part: part.seams) if options.pop("use_seams") else None,
+            seams=joined(lambda part: part.seams) if use_seams else None,
             no_seams=joined(lambda part: part.spared),
             objects=np.repeat(np.arange(len(parts)), [len(part.triangles) for part in parts]),
             **options,
@@ -135,11 +135,7 @@ class UV_OT_flatten_anything(bpy.types.Operator):
 
     @staticmethod
     def draw_options(properties, layout):
-        for name in ("method", "distortion_bound", "max_charts"):
-            layout.prop(properties, name)
-        for name in ("margin", "resolution"):
-            layout.prop(properties, name)
-        for name in ("use_seams", "avoid_smooth", "only_selected", "mark_seams"):
+        for name in UV_OT_flatten_anything.__annotations__:
             layout.prop(properties, name)
 
     def draw(self, _context):
@@ -160,10 +156,9 @@ class UV_OT_flatten_anything(bpy.types.Operator):
             "max_charts": self.max_charts or None,
             "margin": min(self.margin, self.resolution / 4),
             "resolution": self.resolution,
-            "use_seams": self.use_seams,
         }
         try:
-            return Task(parts, options)
+            return Task(parts, self.use_seams, **options)
         except ImportError as error:
             self.report({"ERROR"}, f"The extension is not for this system: {error}")
             return None
@@ -194,7 +189,8 @@ class UV_OT_flatten_anything(bpy.types.Operator):
     def invoke(self, context, _event):
         """Compute in the background."""
         image = getattr(context.space_data, "image", None)
-        if image is not None and image.size[0] >= 16 and not self.properties.is_property_set("resolution"):
+        is_given = self.properties.is_property_set("resolution")
+        if image is not None and image.size[0] >= 16 and not is_given:
             self.resolution = max(image.size)
         self._task = self.start(context)
         if self._task is None:

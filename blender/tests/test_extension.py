@@ -191,8 +191,7 @@ def test_cancelling_leaves_the_mesh_as_it_was() -> None:
     scenes.edit(monkey)
     operator = operator_module()
     parts = operator.meshes.chosen(bpy.context.objects_in_mode_unique_data, True, False)
-    options = {"use_seams": True, "distortion_bound": 4.001}
-    task = operator.Task(parts, options)
+    task = operator.Task(parts, use_seams=True, distortion_bound=4.001)
     assert task.status().startswith("Flatten Anything: ")
     assert task.job.cancel()
     with pytest.raises(operator.CancelledError):
@@ -268,7 +267,7 @@ def test_a_mesh_that_changed_meanwhile_is_left_alone() -> None:
     scenes.edit(monkey)
     operator = operator_module()
     parts = operator.meshes.chosen([monkey], True, False)
-    task = operator.Task(parts, {"use_seams": True})
+    task = operator.Task(parts, use_seams=True)
     task.job.exception()
     bpy.ops.mesh.delete(type="FACE")
     with pytest.raises(operator.Changed):
@@ -305,7 +304,7 @@ def test_it_runs_in_the_background_until_it_ends_or_esc(cancelled: bool) -> None
         workspace=SimpleNamespace(status_text_set=texts.append),
     )
     own = SimpleNamespace(mark_seams=False, report=print, _timer="timer")
-    own._task = operator.Task(parts, {"use_seams": True})
+    own._task = operator.Task(parts, use_seams=True)
     own.leave = lambda *given: kind.leave(own, *given)
     own.end = lambda task: kind.end(own, task)
     assert kind.modal(own, context, SimpleNamespace(type="A")) == {"RUNNING_MODAL"}

@@ -59,6 +59,7 @@ mod write;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use fam_surface::polygons::Divisions;
 use fam_surface::{Surface, SurfaceError};
 
 use crate::content::Content;
@@ -68,7 +69,6 @@ use crate::parsed::{Parsed, surface};
 use crate::scene::Scene;
 use crate::uvs::{Uvs, vertex_uvs};
 use colors::Colors;
-use fam_surface::polygons::Divisions;
 pub(crate) use lines::Lines;
 use materials::Libraries;
 use model::Model;

@@ -32,16 +32,16 @@ mod write;
 use std::io;
 use std::ops::Range;
 
+use fam_surface::polygons::Polygons;
+
 use crate::color::linear_color;
 use crate::error::ReadFault;
 use crate::kept::Kept;
 use crate::labels::Labels;
 use crate::parsed::{Parsed, surface};
 use crate::scene::{Mesh, Scene, corner_normals};
-use crate::text::vertex;
-use crate::text::{self, coordinate, excerpt, syntax};
+use crate::text::{self, coordinate, excerpt, syntax, vertex};
 use crate::uvs::vertex_uvs;
-use fam_surface::polygons::Polygons;
 use rows::{Letters, Row, keyword, rows};
 
 /// An OFF file, to be written back.

@@ -1,11 +1,11 @@
 //! What the readers of all formats make of their files.
 
+use fam_surface::polygons::Polygons;
 use fam_surface::{PointCloud, Surface, SurfaceError, TriangleMesh};
 
 use crate::labels::Labels;
 use crate::uvs::Uvs;
 use crate::warning::Warning;
-use fam_surface::polygons::Polygons;
 
 /// What a reader makes of a file: `S` is what its writer needs.
 pub(crate) struct Parsed<S> {

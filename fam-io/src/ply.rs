@@ -35,13 +35,13 @@ mod source;
 mod write;
 
 use fam_surface::SurfaceError;
+use fam_surface::polygons::Polygons;
 
 use crate::error::ReadFault;
 use crate::kept::Kept;
 use crate::labels::Labels;
 use crate::parsed::{Parsed, surface};
 use crate::uvs::vertex_uvs;
-use fam_surface::polygons::Polygons;
 use header::Header;
 pub(crate) use records::{Block, Records};
 pub(crate) use source::Source;

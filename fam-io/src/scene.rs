@@ -4,7 +4,6 @@ use std::iter::once;
 use std::rc::Rc;
 
 use fam_surface::Surface;
-
 use fam_surface::polygons::Polygons;
 
 /// Meshes or points, and where they are.

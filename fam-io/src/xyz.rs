@@ -20,6 +20,7 @@
 use std::io::{self, Write};
 use std::ops::Range;
 
+use fam_surface::polygons::Polygons;
 use fam_surface::{Surface, SurfaceError, vector};
 
 use crate::color::linear_color;
@@ -31,7 +32,6 @@ use crate::scene::Scene;
 use crate::text::{self, Edits, Line, lines, words};
 use crate::uvs::{Uvs, vertex_uvs};
 use crate::warning::Warning;
-use fam_surface::polygons::Polygons;
 
 const UNIT_TOLERANCE: f64 = 1e-2;
 

@@ -1,9 +1,7 @@
 //! Arrays from Python, and back.
 
-use std::collections::HashMap;
-
 use fam_surface::polygons::Polygons;
-use fam_surface::{PointCloud, Surface, TriangleMesh, UvMap};
+use fam_surface::{PointCloud, Surface, TriangleMesh};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -125,25 +123,6 @@ impl PolygonMesh {
             .flat_map(|(&value, count)| std::iter::repeat_n(value, count))
             .collect()
     }
-}
-
-/// A map of triangles from the UVs of their corners `[3 M, 2]`; corners of one UV have one index, so that
-/// charts hang together.
-pub fn corner_map(uvs: Vec<[f32; 2]>) -> Result<UvMap, Failure> {
-    let mut numbers: HashMap<[u32; 2], u32> = HashMap::with_capacity(uvs.len() / 2);
-    let mut own = Vec::new();
-    let corners: Vec<u32> = uvs
-        .into_iter()
-        .map(|q| {
-            // Adding zero makes −0 and 0 one.
-            let place = q.map(|c| (c + 0.0).to_bits());
-            *numbers.entry(place).or_insert_with(|| {
-                own.push(q);
-                own.len() as u32 - 1
-            })
-        })
-        .collect();
-    Ok(UvMap::new(own, corners.as_chunks().0.to_vec())?)
 }
 
 /// A cloud of points, with normals if they are known.

@@ -132,9 +132,7 @@ impl File {
         let uvs = rows::<2, f32>(&uvs).map_err(fail)?;
         match self.0.surface() {
             Surface::Mesh(_) => {
-                let corners: Vec<u32> = (0..uvs.len() as u32).collect();
-                let triangles = corners.as_chunks().0.to_vec();
-                let map = UvMap::new(uvs, triangles).map_err(|error| fail(error.into()))?;
+                let map = UvMap::of_corners(&uvs).map_err(|error| fail(error.into()))?;
                 self.write_map(py, &path, &map, uv_set)
             }
             Surface::PointCloud(_) => {

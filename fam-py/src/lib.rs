@@ -16,6 +16,7 @@ mod points;
 mod pool;
 mod program;
 mod settings;
+mod unwrapped;
 
 use pyo3::prelude::*;
 

@@ -1,12 +1,12 @@
 //! The metrics of UVs.
 
-use fam_surface::TriangleMesh;
 use fam_surface::metrics::Metrics;
+use fam_surface::{TriangleMesh, UvMap};
 use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
-use crate::arrays::{corner_map, rows};
+use crate::arrays::rows;
 use crate::failure::Failure;
 use crate::job::{Job, Output};
 
@@ -22,7 +22,7 @@ pub fn measure(
         let (positions, triangles, uvs) = (rows(&positions)?, rows(&triangles)?, rows(&uvs)?);
         Job::start(move |_| {
             let mesh = TriangleMesh::new(positions, triangles)?;
-            let metrics = Metrics::measure(&mesh, &corner_map(uvs)?)?;
+            let metrics = Metrics::measure(&mesh, &UvMap::of_corners(&uvs)?)?;
             let text = serde_json::to_string(&metrics);
             text.map(Text)
                 .map_err(|error| Failure::Internal(error.to_string()))

@@ -1,10 +1,8 @@
 //! Unwrapping a mesh.
 
-use burn_autodiff::Autodiff;
 use burn_flex::Flex;
-use fam::{Options, Parting, Report, Unwrapped, Uvs, in_a_row, unwrap as unwrap_surface};
+use fam::{Options, Parting, Unwrapped, Uvs, in_a_row};
 use fam_core::atlas::Atlas;
-use fam_core::training::Strategies;
 use fam_layout::Marks;
 use fam_surface::charts::charts;
 use fam_surface::polygons::{Polygons, Split};
@@ -19,6 +17,7 @@ use crate::files::{File, IndexedUvs};
 use crate::job::{Job, Output, Signal};
 use crate::map::Map;
 use crate::settings::Settings;
+use crate::unwrapped::Told;
 
 /// The job that unwraps a mesh. `objects` and `materials` have a number for every face; `wanted` are the
 /// edges to cut along, `forbidden` those not to, by their vertices.
@@ -40,7 +39,7 @@ pub fn unwrap(
         let positions = rows(&positions)?;
         let faces = Faces::new(&corners, sizes.as_ref())?;
         let marks = [rows(&wanted)?, rows(&forbidden)?];
-        let mut options = settings.options(Parting::default(), Marks::default())?;
+        let mut options = settings.options(Parting::default())?;
         Job::start(move |signal| {
             let mesh = PolygonMesh::new(positions, &faces)?;
             options.parting = Parting {
@@ -78,7 +77,7 @@ pub fn unwrap_file(
             true => Parting::by_material(&labels.objects, &labels.materials),
             false => Parting::by_object(&labels.objects),
         };
-        let options = settings.options(parting, Marks::default())?;
+        let options = settings.options(parting)?;
         let marks = [rows(&wanted)?, rows(&forbidden)?];
         let mesh = PolygonMesh {
             mesh: mesh.clone(),
@@ -117,16 +116,11 @@ fn unwrapped(
     options.marks = Marks::new(&edges, wanted, forbidden).with_diagonals(&edges, &diagonals);
     let vertices = mesh.positions().len();
     let surface = Surface::Mesh(mesh);
-    let unwrapped = unwrap_surface::<Autodiff<Flex>>(
-        &surface,
-        &options,
-        &Default::default(),
-        Strategies::tiled(),
-        &mut |now| signal.observe(&now),
-    )?;
-    let report = Report::new(&surface, &options.parting, &unwrapped);
-    let warnings = unwrapped.warnings().into_iter();
-    let warnings = warnings.map(|warning| warning.to_string()).collect();
+    let Told {
+        unwrapped,
+        report,
+        warnings,
+    } = Told::of(&surface, &options, signal)?;
     let Unwrapped {
         uvs, seams, map, ..
     } = unwrapped;
@@ -145,16 +139,11 @@ fn unwrapped(
         vertex_map: (0..vertices as u32).chain(split.added).collect(),
         vertex_uvs: split.uvs,
         seams: seams.edges,
-        report: report_text(&report)?,
+        report,
         warnings,
         map,
         uvs,
     })
-}
-
-/// The report as JSON.
-pub fn report_text(report: &Report) -> Result<String, Failure> {
-    serde_json::to_string(report).map_err(|error| Failure::Internal(error.to_string()))
 }
 
 /// The UV square of every triangle, if there are several.

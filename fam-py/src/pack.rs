@@ -1,10 +1,11 @@
 //! Packing charts that are there.
 
 use fam_layout::{LayoutConfig, Repacked, repacked};
+use fam_surface::UvMap;
 use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 
-use crate::arrays::{corner_map, of_rows, rows};
+use crate::arrays::{of_rows, rows};
 use crate::failure::Failure;
 use crate::job::{Job, Output};
 use crate::settings::in_python;
@@ -27,7 +28,7 @@ pub fn pack(
             return Err(Failure::Input(in_python(problem)));
         }
         let uvs = rows(&uvs)?;
-        Job::start(move |_| Ok(repacked(&corner_map(uvs)?, margin, resolution)?))
+        Job::start(move |_| Ok(repacked(&UvMap::of_corners(&uvs)?, margin, resolution)?))
     };
     start().map_err(|failure| failure.exception(py))
 }

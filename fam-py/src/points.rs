@@ -1,11 +1,8 @@
 //! Unwrapping a point cloud.
 
-use burn_autodiff::Autodiff;
 use burn_flex::Flex;
-use fam::{Parting, Report, Uvs, unwrap as unwrap_surface};
+use fam::{Parting, Uvs};
 use fam_core::atlas::Atlas;
-use fam_core::training::Strategies;
-use fam_layout::Marks;
 use numpy::{IntoPyArray, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -14,8 +11,8 @@ use crate::arrays::{cloud, of_rows, rows};
 use crate::failure::Failure;
 use crate::job::{Job, Output};
 use crate::map::Map;
-use crate::mesh::report_text;
 use crate::settings::Settings;
+use crate::unwrapped::Told;
 
 /// The job that unwraps a point cloud.
 #[pyfunction]
@@ -28,25 +25,20 @@ pub fn unwrap_points(
     let start = || {
         let normals = normals.as_ref().map(rows).transpose()?;
         let surface = cloud(rows(&points)?, normals)?;
-        let options = settings.options(Parting::default(), Marks::default())?;
+        let options = settings.options(Parting::default())?;
         Job::start(move |signal| {
-            let unwrapped = unwrap_surface::<Autodiff<Flex>>(
-                &surface,
-                &options,
-                &Default::default(),
-                Strategies::tiled(),
-                &mut |now| signal.observe(&now),
-            )?;
-            let report = Report::new(&surface, &options.parting, &unwrapped);
-            let warnings = unwrapped.warnings().into_iter();
-            let warnings = warnings.map(|warning| warning.to_string()).collect();
+            let Told {
+                unwrapped,
+                report,
+                warnings,
+            } = Told::of(&surface, &options, signal)?;
             let Uvs::Points(uvs) = unwrapped.uvs else {
                 return Err(Failure::Internal("a cloud has UVs of corners".to_owned()));
             };
             Ok(PointOutput {
                 uvs,
                 seams: unwrapped.seams.points,
-                report: report_text(&report)?,
+                report,
                 warnings,
                 map: unwrapped.map,
             })

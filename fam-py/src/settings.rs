@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use fam::{Method, Options, Parting};
 use fam_core::training::TrainingConfig;
-use fam_layout::{LayoutConfig, Marks};
+use fam_layout::LayoutConfig;
 use fam_surface::Duplicates;
 use pyo3::prelude::*;
 
@@ -59,8 +59,8 @@ impl Settings {
         }
     }
 
-    /// All options of an unwrapping.
-    pub fn options(&self, parting: Parting, marks: Marks) -> Result<Options, Failure> {
+    /// The options of an unwrapping without marks.
+    pub fn options(&self, parting: Parting) -> Result<Options, Failure> {
         let duplicates = match self.separate_duplicates {
             true => Duplicates::Separate,
             false => Duplicates::Share,
@@ -85,7 +85,6 @@ impl Settings {
                 duplicates,
                 ..parting
             },
-            marks,
             time_budget,
             ..Options::default()
         })

@@ -70,6 +70,7 @@ def test_jobs_run_in_the_background() -> None:
     # Whoever waits for several is told, too; and what is cancelled has no result.
     jobs = [fa.submit(fa.unwrap, *shapes.sheet()) for _ in range(20)]
     stopped = [job for job in jobs if job.cancel()]
+    assert stopped
     assert wait(jobs, timeout=60).not_done == set()
     assert all(job.cancelled() for job in stopped)
 

@@ -1,3 +1,5 @@
+use std::collections::HashMap;
+
 use super::{SurfaceError, mesh::check_indices};
 
 /// Texture coordinates of a triangle mesh, with their own triangles: corner `c` of mesh
@@ -24,6 +26,31 @@ impl UvMap {
         Ok(Self { uvs, triangles })
     }
 
+    /// A map from the coordinates of all corners `[3 T, 2]`, triangle by triangle. Equal coordinates
+    /// get one index.
+    ///
+    /// # Errors
+    /// A coordinate that is not finite.
+    ///
+    /// # Panics
+    /// If their number is no multiple of 3.
+    pub fn of_corners(corners: &[[f32; 2]]) -> Result<Self, SurfaceError> {
+        let (triangles, rest) = corners.as_chunks::<3>();
+        assert!(rest.is_empty(), "every triangle has three corners");
+        let mut numbers: HashMap<[u32; 2], u32> = HashMap::new();
+        let mut uvs = Vec::new();
+        let mut number = |q: [f32; 2]| {
+            // Adding zero makes −0 and 0 one.
+            let key = q.map(|c| (c + 0.0).to_bits());
+            *numbers.entry(key).or_insert_with(|| {
+                uvs.push(q);
+                uvs.len() as u32 - 1
+            })
+        };
+        let triangles = triangles.iter().map(|t| t.map(&mut number)).collect();
+        Self::new(uvs, triangles)
+    }
+
     /// The texture coordinates.
     pub fn uvs(&self) -> &[[f32; 2]] {
         &self.uvs
@@ -40,5 +67,27 @@ impl UvMap {
     /// If `t` is not a triangle of this map.
     pub fn corners(&self, t: usize) -> [[f32; 2]; 3] {
         self.triangles[t].map(|i| self.uvs[i as usize])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_corners_get_one_index() {
+        let corners = [
+            [0.0, 0.0],
+            [1.0, 0.0],
+            [0.0, 1.0],
+            [-0.0, 0.0],
+            [0.0, 1.0],
+            [2.0, 2.0],
+        ];
+        let map = UvMap::of_corners(&corners).unwrap();
+        assert_eq!(map.triangles(), [[0, 1, 2], [0, 2, 3]]);
+        assert_eq!(map.uvs(), [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [2.0, 2.0]]);
+        let broken = UvMap::of_corners(&[[0.0, f32::NAN]; 3]);
+        assert_eq!(broken, Err(SurfaceError::NonFiniteUv { index: 0 }));
     }
 }

@@ -19,6 +19,7 @@ use std::rc::Rc;
 use ::gltf::json::accessor::UNSIGNED_BYTE;
 use ::gltf::json::buffer::ARRAY_BUFFER;
 use ::gltf::json::mesh::{POINTS, TRIANGLES};
+use fam_surface::polygons::Division;
 use fam_surface::vector::{add, cross, normalize, sub};
 use serde_json::{Map, Value, json};
 
@@ -27,7 +28,6 @@ use crate::error::WriteFault;
 use crate::format::Format;
 use crate::gltf::{Package, center, check_uv_set};
 use crate::scene::{Image, Material, Scene};
-use fam_surface::polygons::Division;
 
 use super::job::Export;
 use super::materials::image_type;

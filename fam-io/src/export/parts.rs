@@ -1,9 +1,10 @@
 //! The meshes of a scene with their shares of the UVs.
 
+use fam_surface::polygons::Pieces;
+
 use crate::error::WriteFault;
 use crate::scene::{Mesh, Scene};
 use crate::uvs::{Uvs, check_count};
-use fam_surface::polygons::Pieces;
 
 use super::place::Place;
 

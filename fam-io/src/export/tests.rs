@@ -2,6 +2,7 @@
 
 use ::gltf::Gltf;
 use ::gltf::mesh::Mode;
+use fam_surface::polygons::Polygons;
 use fam_surface::{Surface, UvMap};
 
 use super::*;
@@ -9,7 +10,6 @@ use crate::document::Document;
 use crate::options::WriteOptions;
 use crate::scene::{IDENTITY, Image, Material, Mesh, Node, Scene};
 use crate::uvs::Uvs;
-use fam_surface::polygons::Polygons;
 
 const PNG: &[u8] = b"\x89PNG\r\n\x1a\n, or at least its signature";
 

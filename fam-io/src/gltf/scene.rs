@@ -5,6 +5,7 @@ use std::path::Path;
 use std::rc::Rc;
 
 use ::gltf::json::accessor::Type;
+use fam_surface::polygons::Polygons;
 use serde_json::Value;
 
 use super::geometry::{Geometry, Pool};
@@ -12,7 +13,6 @@ use super::images;
 use super::package::Package;
 use super::read::{name, vectors};
 use crate::scene::{Image, Material, Mesh, Node, Scene};
-use fam_surface::polygons::Polygons;
 
 /// The meshes in their own coordinates, the nodes that use them, and the materials.
 pub(super) fn scene(

@@ -6,12 +6,12 @@ use ::gltf::json::accessor::{FLOAT, UNSIGNED_BYTE};
 use ::gltf::json::buffer::ARRAY_BUFFER;
 use ::gltf::json::mesh::TRIANGLES;
 use fam_surface::UvMap;
+use fam_surface::polygons::{Polygons, Split};
 use serde_json::{Value, json};
 
 use super::geometry::{Attribute, Geometry, Pool, Primitive};
 use super::package::Package;
 use super::tangents::depend_on;
-use fam_surface::polygons::{Polygons, Split};
 
 /// Puts UVs into a document. What it adds is at the end of the lists.
 pub(super) struct UvWriter<'a> {

@@ -1,11 +1,11 @@
 //! The faces of an OBJ file, with what each of their corners refers to.
 
+use fam_surface::polygons::Polygons;
 use fam_surface::{UvMap, vector};
 
 use crate::error::ReadFault;
 use crate::text::{excerpt, syntax};
 use crate::uvs::Uvs;
-use fam_surface::polygons::Polygons;
 
 use super::corner::Corner;
 use super::statements::Statement;

@@ -3,9 +3,9 @@
 use std::io::{self, BufRead, Write};
 
 use fam_surface::UvMap;
+use fam_surface::polygons::{Divisions, Piece, Pieces};
 
 use crate::text;
-use fam_surface::polygons::{Divisions, Piece, Pieces};
 
 use super::corner::Corner;
 use super::statements::{Fingerprint, Statement, Statements};

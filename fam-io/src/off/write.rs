@@ -4,12 +4,12 @@ use std::io::{self, Write};
 use std::ops::Range;
 
 use fam_surface::UvMap;
+use fam_surface::polygons::Split;
 
 use super::Source;
 use super::rows::Row;
 use crate::text::{self, Edits};
 use crate::uvs::Uvs;
-use fam_surface::polygons::Split;
 
 impl Source {
     pub fn write(&self, uvs: &Uvs, out: &mut dyn Write) -> io::Result<()> {

@@ -2,13 +2,14 @@
 
 use std::io::{self, Read, Write};
 
+use fam_surface::polygons::Polygons;
+
 use super::body::Entries;
 use super::header::{Element, Encoding, Header, Kind, Scalar};
 use super::source::{Faces, Source};
 use super::write::{Changes, Vertices};
 use crate::error::ReadFault;
 use crate::kept::Kept;
-use fam_surface::polygons::Polygons;
 
 /// Longest header that is looked for.
 const LONGEST_HEADER: u64 = 1 << 20;

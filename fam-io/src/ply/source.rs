@@ -2,6 +2,7 @@
 
 use std::io;
 
+use fam_surface::polygons::Polygons;
 use fam_surface::{SurfaceError, UvMap};
 
 use super::body::{Entries, Table};
@@ -12,7 +13,6 @@ use crate::kept::Kept;
 use crate::scene::{Mesh, Scene, corner_normals};
 use crate::text::vertex;
 use crate::uvs::Uvs;
-use fam_surface::polygons::Polygons;
 
 pub(super) const UV_NAMES: [[&str; 2]; 3] = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]];
 pub(super) const CORNER_UVS: &str = "texcoord";

@@ -3,12 +3,12 @@
 use std::io::{self, Write};
 
 use fam_surface::UvMap;
+use fam_surface::polygons::{Pieces, Split};
 
 use super::header::{Element, Encoding, Kind, Scalar};
 use super::source::{CORNER_UVS, Faces, Source, UV_NAMES};
 use crate::text::{Edits, line_end};
 use crate::uvs::Uvs;
-use fam_surface::polygons::{Pieces, Split};
 
 /// A face to be written, or the part of one.
 pub(super) struct Face {
