@@ -32,6 +32,7 @@ pub enum Command {
     Map(Map),
     Metrics(Metrics),
     Evaluate(Evaluate),
+    Report(Report),
     Bench(Bench),
     /// The backends compiled in and the adapters found
     Backends,
@@ -61,6 +62,21 @@ pub struct Map {
     /// What computes
     #[arg(long, value_enum, default_value_t = BackendName::Auto)]
     pub backend: BackendName,
+}
+
+/// What came of many files: manifests of `unwrap`, merged.
+///
+/// Of every file the latest entry counts, so the manifests of all shards and of runs that were
+/// started again give one picture.
+#[derive(Debug, Args)]
+pub struct Report {
+    /// Manifests, or folders that hold some
+    #[arg(value_name = "MANIFEST", required = true)]
+    pub manifests: Vec<PathBuf>,
+
+    /// Print the merged manifest instead: JSON, an entry per line
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Quality of the UVs that a mesh already has.

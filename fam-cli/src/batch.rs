@@ -4,31 +4,64 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use crate::jobs::Outcome;
+use crate::manifest::State;
 use crate::progress::short;
 
 /// What came of one file.
-#[derive(Debug, PartialEq)]
-pub enum Row {
-    Done {
-        took: Duration,
-        headline: String,
-    },
-    /// It was done before.
-    Skipped,
-    Interrupted,
-    /// With the reason, which names the file.
-    Failed(String),
+#[derive(Debug)]
+pub struct Row {
+    /// The state, or that it was done before.
+    label: String,
+    took: Option<Duration>,
+    /// The result in a line, or the reason why there is none.
+    text: String,
+    failed: bool,
 }
 
-/// One row per file; displayed as a table.
+impl Row {
+    /// The row of a file of which a worker told what came of it.
+    pub fn new(path: &Path, outcome: &Outcome, took: Option<Duration>) -> Self {
+        let text = outcome.message.as_str();
+        let name = path.display().to_string();
+        let text = text.strip_prefix(name.as_str()).unwrap_or(text);
+        let is_done = outcome.state == State::Done && !outcome.skipped;
+        Self {
+            label: match outcome.skipped {
+                true => String::from("skipped"),
+                false => outcome.state.to_string(),
+            },
+            took: took.filter(|_| is_done),
+            text: text.trim_start_matches([':', ' ']).to_owned(),
+            failed: matches!(outcome.state, State::Failed | State::TimedOut),
+        }
+    }
+
+    /// Whether there is a reason why it has no result.
+    pub fn failed(&self) -> bool {
+        self.failed
+    }
+}
+
+impl fmt::Display for Row {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let took = self.took.map(short).unwrap_or_default();
+        let line = format!("{:11}  {took:>6}  {}", self.label, self.text);
+        f.write_str(line.trim_end())
+    }
+}
+
+/// One row per file; displayed as a table, in the order of the files.
 #[derive(Debug, Default)]
 pub struct Table {
-    rows: Vec<(PathBuf, Row)>,
+    rows: Vec<(usize, PathBuf, Row)>,
 }
 
 impl Table {
-    pub fn push(&mut self, path: &Path, row: Row) {
-        self.rows.push((path.to_owned(), row));
+    /// Adds the row of the file that has a place among the others.
+    pub fn push(&mut self, place: usize, path: &Path, row: Row) {
+        let at = self.rows.partition_point(|(before, ..)| *before <= place);
+        self.rows.insert(at, (place, path.to_owned(), row));
     }
 
     /// How many files there are.
@@ -38,39 +71,21 @@ impl Table {
 
     /// How many files failed.
     pub fn failed(&self) -> usize {
-        let failed = |(_, row): &&(PathBuf, Row)| matches!(row, Row::Failed(_));
-        self.rows.iter().filter(failed).count()
+        self.rows.iter().filter(|(.., row)| row.failed).count()
     }
 }
 
 impl fmt::Display for Table {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names: Vec<String> = self
+        let names = self
             .rows
             .iter()
-            .map(|(p, _)| p.display().to_string())
-            .collect();
-        let width = names
-            .iter()
-            .map(|name| name.chars().count())
-            .max()
-            .unwrap_or(0);
-        for (name, (_, row)) in names.iter().zip(&self.rows) {
-            let (state, took, text) = match row {
-                Row::Done { took, headline } => ("done", short(*took), headline.as_str()),
-                Row::Skipped => ("skipped", String::new(), "done before"),
-                Row::Interrupted => ("interrupted", String::new(), ""),
-                Row::Failed(reason) => {
-                    let reason = reason.strip_prefix(name.as_str()).unwrap_or(reason);
-                    (
-                        "failed",
-                        String::new(),
-                        reason.trim_start_matches([':', ' ']),
-                    )
-                }
-            };
-            let line = format!("{name:width$}  {state:11}  {took:>6}  {text}");
-            writeln!(f, "{}", line.trim_end())?;
+            .map(|(_, path, _)| path.display().to_string());
+        let names: Vec<String> = names.collect();
+        let width = names.iter().map(|name| name.chars().count()).max();
+        let width = width.unwrap_or(0);
+        for (name, (.., row)) in names.iter().zip(&self.rows) {
+            writeln!(f, "{name:width$}  {row}")?;
         }
         Ok(())
     }
@@ -83,20 +98,29 @@ mod tests {
     #[test]
     fn a_table_has_a_line_per_file() {
         let mut table = Table::default();
+        let mut push = |place: usize, name: &str, outcome: Outcome| {
+            let took = Some(Duration::from_secs(75));
+            let path = Path::new(name);
+            table.push(place, path, Row::new(path, &outcome, took));
+        };
+        let skipped = Outcome {
+            skipped: true,
+            ..Outcome::without(State::Done, "done before".into())
+        };
+        push(2, "c.ply", skipped);
         let headline = "conformality 0.1".to_string();
-        let took = Duration::from_secs(75);
-        table.push(Path::new("a/long.obj"), Row::Done { took, headline });
-        table.push(
-            Path::new("b.ply"),
-            Row::Failed("b.ply: it has no vertices".into()),
-        );
-        table.push(Path::new("c.ply"), Row::Skipped);
+        push(0, "a/long.obj", Outcome::without(State::Done, headline));
+        let late = Outcome::without(State::TimedOut, "d: not done within 1 s".into());
+        push(3, "d", late);
+        let reason = "b.ply: it has no vertices".to_string();
+        push(1, "b.ply", Outcome::without(State::Failed, reason));
         let expected = "\
 a/long.obj  done            75s  conformality 0.1
 b.ply       failed               it has no vertices
 c.ply       skipped              done before
+d           timed out            not done within 1 s
 ";
         assert_eq!(table.to_string(), expected);
-        assert_eq!(table.failed(), 1);
+        assert_eq!(table.failed(), 2);
     }
 }

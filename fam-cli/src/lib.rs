@@ -1,5 +1,6 @@
 //! `fam`: UVs for any mesh or point cloud. The program as a function.
 
+mod again;
 mod args;
 mod backend;
 mod batch;
@@ -8,26 +9,34 @@ mod config;
 mod failure;
 mod inputs;
 mod interrupt;
+mod jobs;
 mod machine;
+mod manifest;
 mod marks;
 mod output;
 mod parting;
 mod progress;
+mod shard;
 mod time;
+mod timeout;
 
 use std::ffi::OsString;
 
 use clap::Parser;
 
+use again::Again;
 use args::{Arguments, Command};
 use failure::{Failure, USAGE};
 
-/// Runs the program with arguments, of which the first is its name. Returns the exit code: 0 done, 1
+/// Runs the program with arguments, of which the first is its name. `program` starts it again, as a
+/// process for each file of many: the path of an executable, and arguments before all others. Returns the exit code: 0 done, 1
 /// the work failed, 2 bad input or usage, 130 interrupted.
 ///
 /// Ctrl-C is the program's from then on, and the threads of `rayon` are set up: it is for a process
 /// that does nothing else.
-pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+pub fn run(program: Vec<OsString>, arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    let again = Again::new(program, &arguments);
     let arguments = match Arguments::try_parse_from(arguments) {
         Ok(arguments) => arguments,
         Err(error) => {
@@ -37,11 +46,12 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         }
     };
     let result = share_work().and_then(|()| match arguments.command {
-        None => commands::unwrap(args::Unwrap::default()),
-        Some(Command::Unwrap(arguments)) => commands::unwrap(arguments),
+        None => commands::unwrap(args::Unwrap::default(), &again),
+        Some(Command::Unwrap(arguments)) => commands::unwrap(arguments, &again),
         Some(Command::Map(arguments)) => commands::map(&arguments),
         Some(Command::Metrics(arguments)) => commands::metrics(&arguments),
         Some(Command::Evaluate(arguments)) => commands::evaluate(&arguments),
+        Some(Command::Report(arguments)) => commands::report(&arguments),
         Some(Command::Bench(arguments)) => commands::bench(&arguments),
         Some(Command::Backends) => commands::backends(),
     });

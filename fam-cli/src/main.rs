@@ -1,5 +1,6 @@
 //! `fam`: UVs for any mesh or point cloud.
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 /// Large temporaries come and go in every training step; this allocator keeps their pages.
@@ -7,5 +8,10 @@ use std::process::ExitCode;
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 fn main() -> ExitCode {
-    ExitCode::from(fam_cli::run(std::env::args_os()))
+    // Without a path, only batches are impossible.
+    let program = std::env::current_exe().map(OsString::from);
+    ExitCode::from(fam_cli::run(
+        program.into_iter().collect(),
+        std::env::args_os(),
+    ))
 }

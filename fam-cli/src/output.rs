@@ -4,7 +4,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use fam::{Parting, Report, Unwrapped, Uvs, in_a_row};
-use fam_io::atomic::write_atomically;
+use fam_io::atomic::{remove_leftovers, write_atomically};
 use fam_io::picture::{self, Flattened as Drawn, encode_png, preview_picture, uv_picture};
 use fam_io::seams::{Threshold, write_seams_json, write_seams_obj};
 use fam_io::{Document, Format, WriteOptions};
@@ -35,6 +35,14 @@ const SIDE_FILES: [&str; 5] = [
 pub fn is_results(folder: &Path) -> bool {
     let mut names = SIDE_FILES.iter().chain([&REPORT]);
     names.all(|name| folder.join(name).is_file())
+}
+
+/// Removes what a process left in a folder that was killed while it wrote there.
+pub fn sweep(folder: &Path) {
+    // Leftovers do no harm.
+    let _ = remove_leftovers(folder);
+    // Only goes if it is empty.
+    let _ = std::fs::remove_dir(folder);
 }
 
 /// Where results go, and in which form.
@@ -111,13 +119,14 @@ impl Output {
             .join(format!("{}{suffix}.{extension}", self.stem))
     }
 
-    /// Whether the folder holds the complete results of a run with this fingerprint.
-    pub fn is_done(&self, fingerprint: &str) -> bool {
+    /// The report of a complete run with this fingerprint, if the folder holds its results.
+    pub fn done(&self, fingerprint: &str) -> Option<serde_json::Value> {
         let exists = |name: &str| self.folder.join(name).exists();
         let report = self.report();
         let has_model = exists(MODEL) || report["method"] == "direct";
         let complete = has_model && SIDE_FILES.iter().all(|name| exists(name));
-        complete && self.file().exists() && report["fingerprint"] == fingerprint
+        let is_done = complete && self.file().exists() && report["fingerprint"] == fingerprint;
+        is_done.then_some(report)
     }
 
     /// The report that is there.

@@ -11,6 +11,9 @@ use std::path::Path;
 
 use crate::error::{WriteError, WriteFault};
 
+/// Begins the names of temporary files.
+const PREFIX: &str = ".fam-";
+
 /// Replaces the file at `path` by what `content` writes.
 ///
 /// # Errors
@@ -23,6 +26,21 @@ pub fn write_atomically(
     replace(path, content).map_err(|error| WriteFault::from(error).at(path))
 }
 
+/// Removes the temporary files in a folder that a process left when it was killed. Nothing else may be
+/// writing there.
+///
+/// # Errors
+/// The folder cannot be read, or a file not be removed.
+pub fn remove_leftovers(folder: &Path) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        if entry.file_name().to_string_lossy().starts_with(PREFIX) {
+            fs::remove_file(entry.path())?;
+        }
+    }
+    Ok(())
+}
+
 fn replace(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -33,7 +51,7 @@ fn replace(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) 
         return Err(io::Error::new(io::ErrorKind::NotFound, problem));
     }
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".fam-");
+    builder.prefix(PREFIX);
     // Temporary files are private by default; a result is as readable as any new file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));

@@ -2,6 +2,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use crate::shard::Shard;
+
 use super::names::{
     BackendName, FinishName, FormatName, JacobianName, MethodName, ObjectiveName, Part, Preset,
     SamplingName, SeamRuleName,
@@ -19,7 +21,8 @@ use super::names::{
 /// uv.png and preview.png. Ctrl-C stops early and still writes all of them.
 ///
 /// Several inputs, a folder or a pattern are a batch: every file is tried and gets a folder of
-/// its own, and a table says what came of each. Started again, it skips what is done.
+/// its own, and a table and manifest.jsonl say what came of each (see `fam report`). Started again,
+/// it skips what is done.
 ///
 /// Exit codes: 0 done, 1 training or writing failed (or any file of a batch), 2 bad input or
 /// usage, 130 interrupted.
@@ -63,6 +66,27 @@ pub struct Unwrap {
     /// Batch: also redo what is done
     #[arg(long)]
     pub force: bool,
+
+    /// Batch: files at the same time, each in a process of its own, as far as memory allows
+    /// [default: one per processor core; 1 where networks are trained for every file]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub jobs: Option<u16>,
+
+    /// Longest time for a file: `30s`, `2m`. It is given up when the time is over, and nothing of it
+    /// is written
+    #[arg(long, value_name = "TIME", value_parser = crate::time::duration)]
+    pub timeout: Option<std::time::Duration>,
+
+    /// Batch: only every N-th file, beginning with the K-th; together the shards 1/N to N/N have all
+    ///
+    /// For machines that see the same files, each with a shard of its own. `slurm` is the shard of
+    /// the task in a Slurm array.
+    #[arg(long, value_name = "K/N")]
+    pub shard: Option<Shard>,
+
+    /// A file of a batch and the folder for its results: this process is a worker of another one
+    #[arg(long, hide = true, num_args = 2, allow_hyphen_values = true)]
+    pub worker: Option<Vec<PathBuf>>,
 
     /// How UVs are made: `direct` lays a mesh out as it is, in seconds; `neural` trains the networks
     /// of the paper first, as point clouds need it
@@ -223,6 +247,10 @@ impl Default for Unwrap {
             per_material: false,
             separate_duplicates: false,
             force: false,
+            jobs: None,
+            timeout: None,
+            shard: None,
+            worker: None,
             method: None,
             preset: None,
             config: None,

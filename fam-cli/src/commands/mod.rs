@@ -5,6 +5,7 @@ mod bench;
 mod evaluate;
 mod map;
 mod metrics;
+mod report;
 mod unwrap;
 
 pub use backends::backends;
@@ -12,4 +13,5 @@ pub use bench::bench;
 pub use evaluate::evaluate;
 pub use map::map;
 pub use metrics::metrics;
+pub use report::report;
 pub use unwrap::unwrap;

@@ -2,13 +2,10 @@ use std::time::{Duration, Instant};
 
 use fam_layout::{Progress, Stage};
 
-use super::{Display, short};
+use super::{BAR, Display, Kind, send, short};
 
 /// Time between plain lines of one stage.
 const BETWEEN_LINES: Duration = Duration::from_secs(2);
-
-/// Steps of the bar.
-const BAR: u64 = 1000;
 
 /// Fraction of the time, and the time, before which nothing is said of the time left: an estimate
 /// from so little is wrong.
@@ -28,9 +25,9 @@ pub struct FinishingProgress {
 }
 
 impl FinishingProgress {
-    pub fn new(quiet: bool) -> Self {
+    pub fn new(kind: Kind) -> Self {
         Self {
-            display: Display::new(quiet, "{bar:24} {msg}"),
+            display: Display::new(kind, "{bar:24} {msg}"),
             started: Instant::now(),
             refines: None,
             last: None,
@@ -42,19 +39,22 @@ impl FinishingProgress {
         if now.stage == Stage::Refine {
             self.refines.get_or_insert_with(Instant::now);
         }
-        match &self.display {
+        let (started, refines) = (self.started, self.refines);
+        let line = || line(now, started, refines);
+        match &mut self.display {
             Display::Silent => {}
             Display::Bar(bar) => {
                 bar.set_length(BAR);
                 bar.set_position((now.fraction * BAR as f64) as u64);
-                bar.set_message(self.line(now));
+                bar.set_message(line());
             }
+            Display::Messages { last } => send(last, now.fraction, line),
             Display::Lines => {
                 let due = self.last.is_none_or(|(at, stage)| {
                     at.elapsed() >= BETWEEN_LINES || now.components <= FEW && stage != now.stage
                 });
                 if due {
-                    eprintln!("{}", self.line(now));
+                    eprintln!("{}", line());
                     self.last = Some((Instant::now(), now.stage));
                 }
             }
@@ -67,31 +67,32 @@ impl FinishingProgress {
             bar.finish_and_clear();
         }
     }
+}
 
-    fn line(&self, now: &Progress) -> String {
-        let time = short(self.started.elapsed());
-        if now.stage == Stage::Pack {
-            return format!("finishing  packing  {time}");
-        }
-        if now.stage == Stage::Reconstruct {
-            return format!("finishing  finding the surface  {time}");
-        }
-        let mut line = String::from("finishing");
-        if now.components > 1 {
-            line.push_str(&format!("  {}/{} parts", now.done, now.components));
-        } else if now.energy.is_finite() {
-            let (energy, seam_length) = (now.energy, now.seam_length);
-            line.push_str(&format!(
-                "  energy {energy:.3}  seam length {seam_length:.2}"
-            ));
-        }
-        line.push_str(&format!("  {time}"));
-        let elapsed = self.refines.map(|since| since.elapsed());
-        if let Some(left) = elapsed.and_then(|elapsed| left(now.fraction, elapsed)) {
-            line.push_str(&format!(", about {} left", short(left)));
-        }
-        line
+/// What the user reads, of a layout that started at a time and has cut and flattened since another.
+fn line(now: &Progress, started: Instant, refines: Option<Instant>) -> String {
+    let time = short(started.elapsed());
+    if now.stage == Stage::Pack {
+        return format!("finishing  packing  {time}");
     }
+    if now.stage == Stage::Reconstruct {
+        return format!("finishing  finding the surface  {time}");
+    }
+    let mut line = String::from("finishing");
+    if now.components > 1 {
+        line.push_str(&format!("  {}/{} parts", now.done, now.components));
+    } else if now.energy.is_finite() {
+        let (energy, seam_length) = (now.energy, now.seam_length);
+        line.push_str(&format!(
+            "  energy {energy:.3}  seam length {seam_length:.2}"
+        ));
+    }
+    line.push_str(&format!("  {time}"));
+    let elapsed = refines.map(|since| since.elapsed());
+    if let Some(left) = elapsed.and_then(|elapsed| left(now.fraction, elapsed)) {
+        line.push_str(&format!(", about {} left", short(left)));
+    }
+    line
 }
 
 /// The time left after a fraction of it, if that says anything yet.

@@ -1,23 +1,34 @@
 //! What the user sees while a command runs.
 
+mod batch;
 mod finishing;
 mod training;
 
 use std::io::IsTerminal;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use fam::Progress;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use crate::jobs::Message;
+
+pub use batch::BatchProgress;
+
 use finishing::FinishingProgress;
 use training::TrainingProgress;
 
+/// Steps of the bar of a layout.
+const BAR: u64 = 1000;
+
+/// Time between messages.
+const BETWEEN_MESSAGES: Duration = Duration::from_millis(200);
+
 /// Shows how far a surface is, and stops when the user interrupts.
 pub struct UnwrapProgress<'a> {
-    quiet: bool,
+    kind: Kind,
     stop: &'a AtomicBool,
     training: Option<TrainingProgress>,
     layout: Option<FinishingProgress>,
@@ -25,9 +36,9 @@ pub struct UnwrapProgress<'a> {
 
 impl<'a> UnwrapProgress<'a> {
     /// Progress until `stop` is set.
-    pub fn new(quiet: bool, stop: &'a AtomicBool) -> Self {
+    pub fn new(kind: Kind, stop: &'a AtomicBool) -> Self {
         Self {
-            quiet,
+            kind,
             stop,
             training: None,
             layout: None,
@@ -36,17 +47,17 @@ impl<'a> UnwrapProgress<'a> {
 
     /// Shows what is going on; says whether to go on.
     pub fn show(&mut self, now: Progress) -> ControlFlow<()> {
-        let quiet = self.quiet;
+        let kind = self.kind;
         match now {
             Progress::Planning => {}
             Progress::Training { steps, now } => self
                 .training
-                .get_or_insert_with(|| TrainingProgress::new(quiet, steps))
+                .get_or_insert_with(|| TrainingProgress::new(kind, steps))
                 .step(&now),
             Progress::Layout(now) => {
                 self.end_training();
                 self.layout
-                    .get_or_insert_with(|| FinishingProgress::new(quiet))
+                    .get_or_insert_with(|| FinishingProgress::new(kind))
                     .show(&now);
             }
         }
@@ -71,18 +82,41 @@ impl<'a> UnwrapProgress<'a> {
     }
 }
 
-/// How progress is shown on standard error: a bar on a terminal, else lines.
+/// How progress is told.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Kind {
+    Silent,
+    /// To the user, on standard error.
+    Terminal,
+    /// To the process that started this one.
+    Messages,
+}
+
+impl Kind {
+    /// What a user gets who may have asked for quiet.
+    pub fn of_user(quiet: bool) -> Self {
+        match quiet {
+            true => Self::Silent,
+            false => Self::Terminal,
+        }
+    }
+}
+
+/// How progress is shown: a bar on a terminal, else lines; or messages.
 enum Display {
     Silent,
     Bar(ProgressBar),
     Lines,
+    Messages { last: Option<Instant> },
 }
 
 impl Display {
     /// A bar has the form of `template`.
-    fn new(quiet: bool, template: &str) -> Self {
-        if quiet {
+    fn new(kind: Kind, template: &str) -> Self {
+        if kind == Kind::Silent {
             Self::Silent
+        } else if kind == Kind::Messages {
+            Self::Messages { last: None }
         } else if std::io::stderr().is_terminal() {
             let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));
             bar.set_style(
@@ -93,6 +127,18 @@ impl Display {
         } else {
             Self::Lines
         }
+    }
+}
+
+/// Tells the process that started this one how far it is, if it was not told just now.
+fn send(last: &mut Option<Instant>, fraction: f64, line: impl FnOnce() -> String) {
+    if last.is_none_or(|at| at.elapsed() >= BETWEEN_MESSAGES) {
+        Message::Progress {
+            fraction,
+            line: line(),
+        }
+        .send();
+        *last = Some(Instant::now());
     }
 }
 

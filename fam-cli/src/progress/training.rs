@@ -3,7 +3,7 @@ use std::time::Instant;
 use fam_core::atlas;
 use fam_core::losses::LossTerm;
 
-use super::{Display, short};
+use super::{Display, Kind, send, short};
 
 /// Plain lines printed over one training, when the output is no terminal.
 const PLAIN_LINES: usize = 20;
@@ -21,10 +21,10 @@ pub struct TrainingProgress {
 
 impl TrainingProgress {
     /// Progress of components of so many steps each.
-    pub fn new(quiet: bool, steps: usize) -> Self {
+    pub fn new(kind: Kind, steps: usize) -> Self {
         let template = "{bar:24} {pos}/{len}  {msg}  {eta} left";
         Self {
-            display: Display::new(quiet, template),
+            display: Display::new(kind, template),
             steps,
             started: Instant::now(),
             seen: 0,
@@ -38,12 +38,19 @@ impl TrainingProgress {
         let done = now.component * self.steps + now.step.before + 1;
         let before = std::mem::replace(&mut self.done, done);
         self.seen += (done - before) * now.points;
-        match &self.display {
+        let rate = self.rate();
+        match &mut self.display {
             Display::Silent => {}
             Display::Bar(bar) => {
                 bar.set_length(total as u64);
                 bar.set_position(done as u64);
-                bar.set_message(format!("{}  {}", terms(now), self.rate()));
+                bar.set_message(format!("{}  {rate}", terms(now)));
+            }
+            Display::Messages { last } => {
+                let fraction = done as f64 / total as f64;
+                send(last, fraction, || {
+                    format!("training  {}  {rate}", terms(now))
+                });
             }
             Display::Lines => {
                 let every = total.div_ceil(PLAIN_LINES);
@@ -53,9 +60,8 @@ impl TrainingProgress {
                         .elapsed()
                         .mul_f64((total - done) as f64 / done as f64);
                     eprintln!(
-                        "{done}/{total}  {}  {}  {} left",
+                        "{done}/{total}  {}  {rate}  {} left",
                         terms(now),
-                        self.rate(),
                         short(left)
                     );
                 }

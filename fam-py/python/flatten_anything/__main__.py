@@ -10,7 +10,8 @@ def main() -> None:
     """Run the program with the arguments of this process."""
     # Python's handler would wait until the program returns.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    sys.exit(_native.run_program(["fam", *sys.argv[1:]]))
+    program = [sys.executable, "-m", "flatten_anything"]
+    sys.exit(_native.run_program(program, ["fam", *sys.argv[1:]]))
 
 
 if __name__ == "__main__":

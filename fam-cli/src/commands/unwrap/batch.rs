@@ -1,99 +1,189 @@
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
+use std::time::Duration;
 
+use fam::Method;
 use serde_json::json;
 
-use super::run::Run;
-use super::stem;
+use super::run::{Run, print_json};
+use crate::again::Again;
 use crate::batch::{Row, Table};
 use crate::failure::{Failure, SUCCESS};
 use crate::interrupt::INTERRUPTED;
+use crate::jobs::{self, Event, Limits, Outcome, Task};
+use crate::manifest::{self, Entry, Manifest, State};
+use crate::progress::BatchProgress;
 
 impl Run {
     /// Flattens files, each with a folder of its own, and says what came of each.
     pub fn batch(
         &self,
-        files: &[(PathBuf, PathBuf)],
+        files: Vec<(PathBuf, PathBuf)>,
         failed: Vec<(PathBuf, String)>,
+        again: &Again,
     ) -> Result<u8, Failure> {
-        let root = self.arguments.out.clone().unwrap_or_default();
-        let mut table = Table::default();
+        let arguments = &self.arguments;
+        let (files, failed) = match arguments.shard {
+            Some(shard) => (shard.of(files), shard.of(failed)),
+            None => (files, failed),
+        };
+        let root = arguments.out.clone().unwrap_or_default();
+        let task = |(file, folder): (PathBuf, PathBuf)| Task {
+            size: file.metadata().map_or(0, |data| data.len()),
+            folder: root.join(folder),
+            file,
+        };
+        let tasks: Vec<Task> = files.into_iter().map(task).collect();
+        let mut record = Record::new(self, &root)?;
         for (path, reason) in failed {
-            self.record(
-                &mut table,
-                &path,
-                Row::Failed(format!("{}: {reason}", path.display())),
-            )?;
+            let message = format!("{}: {reason}", path.display());
+            eprintln!("fam: {message}");
+            let outcome = Outcome::without(State::Failed, message);
+            record.add(0, &path, Path::new(""), None, outcome)?;
         }
-        for (number, (path, folder)) in files.iter().enumerate() {
-            if self.stop.load(Ordering::Relaxed) {
-                break;
-            }
-            if !self.arguments.quiet {
-                eprintln!("[{}/{}]", number + 1, files.len());
-            }
-            let row = self
-                .batch_file(path, &root.join(folder))
-                .unwrap_or_else(|failure| Row::Failed(failure.to_string()));
-            self.record(&mut table, path, row)?;
-        }
-        if !self.arguments.json && !self.arguments.quiet {
-            print!("{table}");
-        }
-        if self.stop.load(Ordering::Relaxed) {
-            return Ok(INTERRUPTED);
-        }
-        match table.failed() {
-            0 => Ok(SUCCESS),
-            failed => Err(Failure::Work(format!(
-                "{failed} of {} files failed",
-                table.len()
-            ))),
-        }
+        let sizes = tasks.iter().map(|task| task.size).collect();
+        let mut progress = BatchProgress::new(arguments.quiet, sizes);
+        jobs::run(
+            &tasks,
+            &self.limits(),
+            again,
+            &self.stop,
+            |number, event| {
+                let Task { file, folder, .. } = &tasks[number];
+                let name = file.display();
+                match event {
+                    Event::Started => progress.start(number, &name.to_string()),
+                    Event::Progress { fraction, line } => progress.step(number, fraction, line),
+                    Event::Line(line) => progress.say(&line),
+                    Event::Waits => {
+                        progress.give_up(number);
+                        progress.say(&format!(
+                            "warning: {name}: it waits until more memory is free"
+                        ));
+                    }
+                    Event::Ended { outcome, took } => {
+                        let row = Row::new(file, &outcome, Some(took));
+                        let line = match row.failed() {
+                            true => outcome.message.clone(),
+                            false => format!("{name}  {row}"),
+                        };
+                        progress.end(number, row.failed(), &line);
+                        record.add(number, file, folder, Some(took), outcome)?;
+                    }
+                }
+                Ok(())
+            },
+        )?;
+        progress.finish();
+        record.end()
     }
 
-    /// Adds a row to the table and says at once what the table does not say in time.
-    fn record(&self, table: &mut Table, path: &Path, row: Row) -> Result<(), Failure> {
-        let state = match &row {
-            Row::Failed(reason) => {
-                eprintln!("fam: {reason}");
-                Some(
-                    json!({"state": "failed", "input": path.display().to_string(), "reason": reason}),
-                )
-            }
-            Row::Skipped => Some(json!({"state": "skipped", "input": path.display().to_string()})),
-            Row::Done { .. } | Row::Interrupted => None,
-        };
-        if let (Some(state), true) = (state, self.arguments.json) {
-            let json = serde_json::to_string_pretty(&state).map_err(Failure::work)?;
-            println!("{json}");
+    fn limits(&self) -> Limits {
+        let threads = std::thread::available_parallelism().map_or(1, |count| count.get());
+        Limits {
+            jobs: match self.arguments.jobs {
+                Some(jobs) => usize::from(jobs),
+                // Training uses all cores by itself, or a device.
+                None if self.config.method == Method::Neural => 1,
+                None => threads,
+            },
+            threads,
+            timeout: self.arguments.timeout,
         }
-        table.push(path, row);
+    }
+}
+
+/// What came of the files so far, for the table, the manifest and scripts.
+struct Record<'a> {
+    run: &'a Run,
+    table: Table,
+    manifest: Manifest,
+    /// The hashes of the files that the manifest has as done.
+    known: HashMap<String, Option<String>>,
+}
+
+impl<'a> Record<'a> {
+    fn new(run: &'a Run, root: &Path) -> Result<Self, Failure> {
+        if !root.as_os_str().is_empty() {
+            std::fs::create_dir_all(root)
+                .map_err(|error| Failure::input(format!("{}: {error}", root.display())))?;
+        }
+        let name = match run.arguments.shard {
+            Some(shard) => shard.manifest(),
+            None => String::from("manifest.jsonl"),
+        };
+        let path = root.join(name);
+        let manifest = Manifest::open(&path)?;
+        let mut known = HashMap::new();
+        for entry in manifest::read(&path)?.0 {
+            match entry.state {
+                State::Done => known.insert(entry.input, entry.hash),
+                _ => known.remove(&entry.input),
+            };
+        }
+        Ok(Self {
+            run,
+            table: Table::default(),
+            manifest,
+            known,
+        })
+    }
+
+    /// Adds what came of a file, and says at once what the table does not say in time.
+    fn add(
+        &mut self,
+        place: usize,
+        path: &Path,
+        folder: &Path,
+        took: Option<Duration>,
+        outcome: Outcome,
+    ) -> Result<(), Failure> {
+        let row = Row::new(path, &outcome, took);
+        let input = path.display().to_string();
+        if self.run.arguments.json {
+            let (state, reason) = (outcome.state, &outcome.message);
+            match &outcome.summary {
+                _ if outcome.skipped => print_json(&json!({"state": "skipped", "input": input}))?,
+                Some(summary) if !row.failed() => print_json(summary)?,
+                _ => print_json(&json!({"state": state, "input": input, "reason": reason}))?,
+            }
+        }
+        let is_known = self
+            .known
+            .get(&input)
+            .is_some_and(|hash| *hash == outcome.hash);
+        if !(outcome.skipped && is_known) {
+            self.manifest.add(&Entry {
+                input,
+                folder: folder.display().to_string(),
+                hash: outcome.hash,
+                state: outcome.state,
+                seconds: took.filter(|_| !outcome.skipped).map(|t| t.as_secs_f64()),
+                message: outcome.message,
+                metrics: outcome.summary.map(manifest::metrics),
+                finished: manifest::now(),
+            })?;
+        }
+        self.table.push(place, path, row);
         Ok(())
     }
 
-    fn batch_file(&self, path: &Path, folder: &Path) -> Result<Row, Failure> {
-        let input = path.display().to_string();
-        let document = fam_io::read_surface(path).map_err(Failure::input)?;
-        let output = self.output(&document, &stem(path), folder);
-        // A pipe cannot be read twice.
-        let fingerprint = match path.is_file() {
-            true => Some(self.fingerprint(path, &document)?),
-            false => None,
-        };
-        let fingerprint = fingerprint.as_deref();
-        let is_done = fingerprint.is_some_and(|fingerprint| output.is_done(fingerprint));
-        if is_done && !self.arguments.force {
-            return Ok(Row::Skipped);
+    /// After the last file: the table and the exit code.
+    fn end(self) -> Result<u8, Failure> {
+        let arguments = &self.run.arguments;
+        if !arguments.json && !arguments.quiet {
+            print!("{}", self.table);
         }
-        let done = self.one(&document, &input, Some(path), &output, fingerprint)?;
-        Ok(match done.error {
-            Some(error) => Row::Failed(format!("{input}: {error}")),
-            None if done.interrupted => Row::Interrupted,
-            None => Row::Done {
-                took: done.took,
-                headline: done.report.headline(),
-            },
-        })
+        if self.run.stop.load(Ordering::Relaxed) {
+            return Ok(INTERRUPTED);
+        }
+        match self.table.failed() {
+            0 => Ok(SUCCESS),
+            failed => Err(Failure::Work(format!(
+                "{failed} of {} files failed",
+                self.table.len()
+            ))),
+        }
     }
 }

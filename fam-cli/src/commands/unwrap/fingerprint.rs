@@ -1,24 +1,47 @@
-use std::hash::Hasher;
+use std::io;
 use std::path::Path;
 
 use fam_io::Document;
+use sha2::{Digest, Sha256};
 
 use super::run::Run;
 use crate::failure::Failure;
 
-impl Run {
-    /// A number that changes with the content of a file and with all that shapes its results.
-    pub fn fingerprint(&self, path: &Path, document: &Document) -> Result<String, Failure> {
-        let fail = |error: std::io::Error| Failure::input(format!("{}: {error}", path.display()));
-        let mut hasher = Hashing::default();
-        let mut file = std::fs::File::open(path).map_err(fail)?;
-        std::io::copy(&mut file, &mut hasher).map_err(fail)?;
+/// The content of an input, hashed.
+pub struct Content(Sha256);
+
+impl Content {
+    /// That of a file.
+    pub fn of(path: &Path) -> Result<Self, Failure> {
+        let mut hasher = Sha256::new();
+        std::fs::File::open(path)
+            .and_then(|mut file| io::copy(&mut file, &mut hasher))
+            .map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
+        Ok(Self(hasher))
+    }
+
+    /// Adds the files that a document refers to.
+    pub fn add_companions(&mut self, document: &Document) -> Result<(), Failure> {
         for companion in document.companions() {
             // One that is missing changes the results as well.
-            if let Ok(mut file) = std::fs::File::open(companion) {
-                std::io::copy(&mut file, &mut hasher).map_err(fail)?;
+            if let Ok(mut file) = std::fs::File::open(&companion) {
+                let fail = |error| Failure::input(format!("{}: {error}", companion.display()));
+                io::copy(&mut file, &mut self.0).map_err(fail)?;
             }
         }
+        Ok(())
+    }
+
+    /// SHA-256, in hexadecimal digits.
+    pub fn hash(&self) -> String {
+        format!("{:x}", self.0.clone().finalize())
+    }
+}
+
+impl Run {
+    /// A hash that changes with the content of an input and with all that shapes its results.
+    pub fn fingerprint(&self, content: &Content) -> Result<String, Failure> {
+        let mut hasher = content.0.clone();
         let arguments = &self.arguments;
         let shaping = format!(
             "{}\n{}\n{:?} {} {} {} {} {} {:?} {:?}",
@@ -33,23 +56,8 @@ impl Run {
             arguments.seam_rule,
             arguments.time_budget,
         );
-        hasher.0.write(shaping.as_bytes());
-        self.marks.write_to(&mut hasher).map_err(fail)?;
-        Ok(format!("{:016x}", hasher.0.finish()))
-    }
-}
-
-/// Hashes what is written.
-#[derive(Default)]
-struct Hashing(std::hash::DefaultHasher);
-
-impl std::io::Write for Hashing {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.0.write(bytes);
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        Ok(())
+        hasher.update(shaping.as_bytes());
+        self.marks.write_to(&mut hasher).map_err(Failure::work)?;
+        Ok(format!("{:x}", hasher.finalize()))
     }
 }

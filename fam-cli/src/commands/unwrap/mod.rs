@@ -2,6 +2,7 @@ mod batch;
 mod fingerprint;
 mod run;
 mod summary;
+mod worker;
 
 use std::path::Path;
 
@@ -9,13 +10,20 @@ use fam::Method;
 use fam_io::Document;
 use fam_surface::{Surface, shapes};
 
+use crate::again::Again;
 use crate::args;
 use crate::failure::Failure;
 use crate::inputs::Inputs;
 use run::Run;
 
 /// Writes surfaces with UVs and all that goes with them.
-pub fn unwrap(arguments: args::Unwrap) -> Result<u8, Failure> {
+///
+/// `again` starts this program again, for files of a batch.
+pub fn unwrap(arguments: args::Unwrap, again: &Again) -> Result<u8, Failure> {
+    if let Some([file, folder]) = arguments.worker.as_deref() {
+        let (file, folder) = (file.clone(), folder.clone());
+        return Ok(Run::new(arguments)?.work(&file, &folder));
+    }
     match Inputs::collect(&arguments.inputs, arguments.out.as_deref())? {
         Inputs::Sample => {
             let mut run = Run::new(arguments)?;
@@ -43,7 +51,7 @@ pub fn unwrap(arguments: args::Unwrap) -> Result<u8, Failure> {
                 Some(option) if files.len() + failed.len() > 1 => Err(Failure::input(format!(
                     "{option} marks edges of one mesh, but there are several inputs"
                 ))),
-                _ => run.batch(&files, failed),
+                _ => run.batch(files, failed, again),
             }
         }
     }

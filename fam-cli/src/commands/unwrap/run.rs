@@ -1,7 +1,6 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
 
 use burn::tensor::backend::AutodiffBackend;
 use fam::{
@@ -22,7 +21,8 @@ use crate::interrupt::{INTERRUPTED, stop_on_interrupt};
 use crate::marks::MarkFiles;
 use crate::output::{Output, Results};
 use crate::parting::parting;
-use crate::progress::{UnwrapProgress, short};
+use crate::progress::{Kind, UnwrapProgress, short};
+use crate::timeout::end_after;
 
 /// What all files of a run have in common.
 pub struct Run {
@@ -35,7 +35,8 @@ pub struct Run {
 /// A file that was unwrapped and written.
 pub struct Done {
     pub report: Report,
-    pub took: Duration,
+    /// What `--json` prints.
+    pub summary: serde_json::Value,
     pub interrupted: bool,
     pub error: Option<TrainingError>,
 }
@@ -55,7 +56,7 @@ impl Run {
         Ok(Self {
             marks,
             config,
-            stop: stop_on_interrupt(arguments.quiet)?,
+            stop: stop_on_interrupt(arguments.quiet || arguments.worker.is_some())?,
             arguments,
         })
     }
@@ -70,6 +71,9 @@ impl Run {
         let folder = self.arguments.out.clone();
         let folder = folder.unwrap_or_else(|| PathBuf::from(format!("{stem}.fam")));
         let output = self.output(document, stem, &folder);
+        if let Some(limit) = self.arguments.timeout {
+            end_after(limit, input.to_owned());
+        }
         let done = self.one(document, input, path, &output, None)?;
         match done.error {
             Some(error) => Err(Failure::Work(format!(
@@ -120,7 +124,7 @@ impl Run {
         output
             .prepare(document, path)
             .map_err(|failure| failure.of(input))?;
-        if !arguments.quiet {
+        if self.display() == Kind::Terminal {
             let how = match &backend {
                 Some(backend) => format!("training on {backend}"),
                 None => String::from("direct layout"),
@@ -149,7 +153,6 @@ impl Run {
         for warning in document.warnings() {
             eprintln!("warning: {input}: {warning}");
         }
-        let started = Instant::now();
         let unwrapped = self
             .unwrapped(surface, &options, backend.as_ref())
             .map_err(|error| {
@@ -162,7 +165,6 @@ impl Run {
                     false => Failure::work(error),
                 }
             })?;
-        let took = started.elapsed();
         let interrupted = self.stop.load(Ordering::Relaxed);
         let error = unwrapped.training_error().cloned();
         let complete = !interrupted && error.is_none();
@@ -180,29 +182,36 @@ impl Run {
         for warning in report.warnings() {
             eprintln!("warning: {input}: {warning}");
         }
-        if arguments.json {
-            let summary = Summary {
-                state: if interrupted { "interrupted" } else { "done" },
-                input,
-                folder,
-                file: output.file(),
-                backend: backend.as_ref().map(Backend::name),
-                training_seconds: seconds_of(unwrapped.training.as_ref()),
-                finishing_seconds: unwrapped.layout_time.as_secs_f64(),
-                interrupted,
-                report: &report,
-            };
-            let json = serde_json::to_string_pretty(&summary).map_err(Failure::work)?;
-            println!("{json}");
-        } else if !arguments.quiet {
+        let summary = Summary {
+            state: if interrupted { "interrupted" } else { "done" },
+            input,
+            folder,
+            file: output.file(),
+            backend: backend.as_ref().map(Backend::name),
+            training_seconds: seconds_of(unwrapped.training.as_ref()),
+            finishing_seconds: unwrapped.layout_time.as_secs_f64(),
+            interrupted,
+            report: &report,
+        };
+        let summary = serde_json::to_value(&summary).map_err(Failure::work)?;
+        if arguments.json && arguments.worker.is_none() {
+            print_json(&summary)?;
+        } else if self.display() == Kind::Terminal {
             say(&unwrapped, &report, folder);
         }
         Ok(Done {
             report,
-            took,
+            summary,
             interrupted,
             error,
         })
+    }
+
+    fn display(&self) -> Kind {
+        match &self.arguments.worker {
+            Some(_) => Kind::Messages,
+            None => Kind::of_user(self.arguments.quiet),
+        }
     }
 
     /// The surface, unwrapped; its trained map as the bytes of a file.
@@ -212,7 +221,7 @@ impl Run {
         options: &Options,
         backend: Option<&Backend>,
     ) -> Result<Unwrapped<Vec<u8>>, UnwrapError> {
-        let mut progress = UnwrapProgress::new(self.arguments.quiet, &self.stop);
+        let mut progress = UnwrapProgress::new(self.display(), &self.stop);
         let unwrapped = match backend {
             None => unwrap_direct(surface, options, &mut |now| progress.show(now)),
             Some(backend) => backend.run(Neural {
@@ -245,6 +254,13 @@ impl Job for Neural<'_, '_> {
         let unwrapped = unwrap::<B>(self.surface, self.options, device, strategies, &mut observe)?;
         Ok(unwrapped.try_map(|atlas| atlas.to_safetensors())?)
     }
+}
+
+/// Prints JSON on standard output.
+pub fn print_json(value: &serde_json::Value) -> Result<(), Failure> {
+    let json = serde_json::to_string_pretty(value).map_err(Failure::work)?;
+    println!("{json}");
+    Ok(())
 }
 
 /// Tells the user what came of a surface.

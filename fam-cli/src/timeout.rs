@@ -1,0 +1,18 @@
+//! The end of a single file's time.
+
+use std::time::Duration;
+
+/// Ends the program with exit code 1 and one line once the time is over.
+pub fn end_after(limit: Duration, input: String) {
+    std::thread::spawn(move || {
+        std::thread::sleep(limit);
+        eprintln!("fam: {}", not_done(&input, limit));
+        std::process::exit(1);
+    });
+}
+
+/// What is said of a file whose time is over.
+pub fn not_done(input: &str, limit: Duration) -> String {
+    let seconds = limit.as_secs_f64();
+    format!("{input}: not done within {seconds} s (--timeout)")
+}
