@@ -6,7 +6,7 @@ from concurrent.futures import CancelledError
 import bpy
 import numpy as np
 
-from . import meshes
+from . import meshes, packing
 
 #: Seconds between two looks at a computation.
 INTERVAL = 0.1
@@ -32,7 +32,8 @@ class Task:
             return np.concatenate([of(part) + np.uint32(at) for part, at in moved])
 
         self.job = flatten_anything.submit(
-            flatten_anything.unwrap,
+            packing.unwrapped,
+            parts,
             np.concatenate([part.vertices for part in parts]),
             joined(lambda part: part.triangles),
             seams=joined(lambda part: part.seams) if use_seams else None,
@@ -51,19 +52,21 @@ class Task:
 
     def write(self, mark_seams):
         """Write the UVs; return what the user has to know."""
-        layout = self.job.result()
+        layout, uvs, other_uvs, warnings = self.job.result()
         if not all(meshes.is_unchanged(part) for part in self.parts):
             raise Changed("the mesh was changed meanwhile")
-        at = crossed = 0
+        crossed = at = other_at = 0
         for part, low, high in zip(self.parts, self.first[:-1], self.first[1:], strict=True):
-            seams = None
+            end, other_end = at + len(part.chosen), other_at + len(part.others)
+            crossed += meshes.write_uvs(
+                part,
+                np.concatenate([part.chosen, part.others]),
+                np.concatenate([uvs[at:end], other_uvs[other_at:other_end]]),
+            )
+            at, other_at = end, other_end
             if mark_seams:
                 inside = (layout.seams >= low).all(axis=1) & (layout.seams < high).all(axis=1)
-                seams = layout.seams[inside].astype(np.int64) - int(low)
-            uvs = layout.uvs[at : at + len(part.triangles)]
-            crossed += meshes.write(part, uvs, seams)
-            at += len(part.triangles)
-        warnings = list(layout.warnings)
+                meshes.mark_seams(part, layout.seams[inside].astype(np.int64) - int(low))
         if crossed:
             warnings.append(f"a seam crosses {crossed} faces, which may overlap others")
         return warnings
@@ -123,7 +126,26 @@ class UV_OT_flatten_anything(bpy.types.Operator):
         default=False,
     )
     only_selected: bpy.props.BoolProperty(
-        name="Only Selected Faces", description="Leave the UVs of other faces", default=True
+        name="Only Selected Faces", description="Unwrap no other faces", default=True
+    )
+    other_faces: bpy.props.EnumProperty(
+        name="Other Faces",
+        description="What becomes of the UVs of faces that are hidden or not selected",
+        items=[
+            (
+                "keep",
+                "Keep UVs",
+                "They stay exactly as they are. The new charts fill the square, and may lie upon "
+                "theirs",
+            ),
+            (
+                "pack",
+                "Pack Together",
+                "Pack their charts and the new ones into the square, all at the same texel "
+                "density. Their charts are moved, turned and scaled, and keep their shapes",
+            ),
+        ],
+        default="keep",
     )
     mark_seams: bpy.props.BoolProperty(
         name="Mark Seams", description="Mark the edges that are cut as seams", default=False
@@ -144,8 +166,11 @@ class UV_OT_flatten_anything(bpy.types.Operator):
 
     def start(self, context):
         """Start the computation; None, with a report, if there is nothing to do."""
-        parts = meshes.chosen(
-            context.objects_in_mode_unique_data, self.only_selected, self.avoid_smooth
+        parts = meshes.parts(
+            context.objects_in_mode_unique_data,
+            self.only_selected,
+            self.avoid_smooth,
+            self.other_faces == "pack",
         )
         if not parts:
             self.report({"ERROR"}, "No faces are selected")
@@ -180,6 +205,12 @@ class UV_OT_flatten_anything(bpy.types.Operator):
 
     def execute(self, context):
         """Wait for the result: from scripts and from the redo panel."""
+        if self.method == "neural" and (self.options.is_repeat or self.options.is_repeat_last):
+            self.report(
+                {"ERROR"},
+                "Blender would stand still during training: run it anew, or choose Direct",
+            )
+            return {"CANCELLED"}
         task = self.start(context)
         if task is None:
             return {"CANCELLED"}

@@ -1,5 +1,6 @@
 """Making meshes in Blender, and judging their UVs."""
 
+import bmesh
 import bpy
 import numpy as np
 
@@ -19,6 +20,17 @@ def edit(*objects) -> None:
     bpy.ops.mesh.select_all(action="SELECT")
 
 
+def select(mesh, is_chosen) -> list[int]:
+    """Select those faces of a mesh in edit mode, and no others of any; return their numbers."""
+    bpy.ops.mesh.select_all(action="DESELECT")
+    edit = bmesh.from_edit_mesh(mesh)
+    chosen = [face for face in edit.faces if is_chosen(face)]
+    for face in chosen:
+        face.select = True
+    bmesh.update_edit_mesh(mesh)
+    return [face.index for face in chosen]
+
+
 def leave() -> None:
     bpy.ops.object.mode_set(mode="OBJECT")
 
@@ -35,6 +47,10 @@ def uvs(mesh) -> np.ndarray:
     flat = np.empty(2 * len(mesh.loops), dtype=np.float32)
     mesh.uv_layers.active.data.foreach_get("uv", flat)
     return flat.reshape(-1, 2)
+
+
+def set_uvs(mesh, new) -> None:
+    mesh.uv_layers.active.data.foreach_set("uv", np.asarray(new, dtype=np.float32).reshape(-1))
 
 
 def triangles(mesh):
@@ -61,6 +77,12 @@ def measured(*meshes):
             found.append(own)
         first += len(positions)
     return fa.measure(*(np.concatenate(found) for found in all_of))
+
+
+def grid(size: float, **options):
+    """A flat object whose UVs fill the square."""
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=4, y_subdivisions=4, size=size, **options)
+    return active()
 
 
 def monkey(subdivisions: int = 0):

@@ -10,6 +10,9 @@ import numpy as np
 import pytest
 import scenes
 
+#: Options that a task needs.
+SQUARE = {"margin": 4.0, "resolution": 2048}
+
 
 def is_valid(metrics) -> None:
     assert metrics["flipped_triangles"] == 0
@@ -90,27 +93,175 @@ def test_objects_share_one_square_and_linked_duplicates_one_layout() -> None:
 def test_only_selected_faces_change() -> None:
     monkey = scenes.monkey()
     mesh = monkey.data
-    before = scenes.uvs(mesh)
+
+    def bits():
+        return scenes.uvs(mesh).view(np.uint32)
+
+    before = bits()
     scenes.edit(monkey)
-    bpy.ops.mesh.select_all(action="DESELECT")
-    edit = bmesh.from_edit_mesh(mesh)
-    edit.faces.ensure_lookup_table()
-    chosen = [face.index for face in edit.faces if face.calc_center_median().x > 0.2]
-    for number in chosen:
-        edit.faces[number].select = True
-    bmesh.update_edit_mesh(mesh)
-    assert bpy.ops.uv.flatten_anything() == {"FINISHED"}
+    chosen = scenes.select(mesh, lambda face: face.calc_center_median().x > 0.2)
+    assert bpy.ops.uv.flatten_anything(other_faces="keep") == {"FINISHED"}
     scenes.leave()
-    changed = (scenes.uvs(mesh) != before).any(axis=1)
+    changed = (bits() != before).any(axis=1)
     for polygon in mesh.polygons:
         assert changed[polygon.loop_indices].any() == (polygon.index in chosen)
     scenes.edit(monkey)
     bpy.ops.mesh.select_all(action="DESELECT")
-    with pytest.raises(RuntimeError, match="No faces are selected"):
-        bpy.ops.uv.flatten_anything()
+    for other_faces in ("keep", "pack"):
+        with pytest.raises(RuntimeError, match="No faces are selected"):
+            bpy.ops.uv.flatten_anything(other_faces=other_faces)
     assert bpy.ops.uv.flatten_anything(only_selected=False) == {"FINISHED"}
     scenes.leave()
-    assert (scenes.uvs(mesh) != before).any(axis=1).all()
+    assert (bits() != before).any(axis=1).all()
+
+
+def sides(corners):
+    return np.linalg.norm(np.roll(corners, 1, axis=1) - corners, axis=2)
+
+
+def test_other_faces_are_packed_with_the_selected_ones() -> None:
+    import flatten_anything as fa
+
+    monkey = scenes.monkey()
+    bpy.ops.mesh.primitive_torus_add(location=(3, 0, 0))
+    torus = scenes.active()
+    meshes = [monkey.data, torus.data]
+    assert scenes.unwrap(monkey, torus) == {"FINISHED"}
+    # One lies far away and is larger, and hidden in part.
+    scenes.set_uvs(torus.data, 3 * scenes.uvs(torus.data) + (-2, 5))
+    scenes.edit(monkey, torus)
+    scenes.select(torus.data, lambda face: face.calc_center_median().x < -0.5)
+    bpy.ops.mesh.hide()
+    chosen = scenes.select(monkey.data, lambda face: face.calc_center_median().x > 0.2)
+    scenes.leave()
+    before = [scenes.triangles(mesh) for mesh in meshes]
+    scenes.edit(monkey, torus)
+    scenes.select(monkey.data, lambda face: face.index in chosen)
+    assert bpy.ops.uv.flatten_anything(other_faces="pack") == {"FINISHED"}
+    scenes.leave()
+    is_valid(scenes.measured(*meshes))
+    for mesh, (positions, corners, old) in zip(meshes, before, strict=True):
+        new = scenes.triangles(mesh)[2]
+        assert new.min() >= 0 and new.max() <= 1
+        faces = [triangle.polygon_index for triangle in mesh.loop_triangles]
+        other = ~np.isin(faces, chosen) if mesh == monkey.data else np.full(len(faces), True)
+        assert (new != old).any(axis=(1, 2)).all()
+        # Triangles keep their shapes, and what they hang together with.
+        ratios = sides(new[other]) / sides(old[other])
+        assert np.allclose(ratios.max(axis=1), ratios.min(axis=1), rtol=2e-3)
+        charts = [fa.measure(positions, corners[other], uv[other])["charts"] for uv in (old, new)]
+        assert charts[0] == charts[1]
+
+
+def test_charts_on_each_other_are_packed_apart_at_one_texel_density() -> None:
+    """Four grids fill one square: two in one mesh, one in another, and a larger one selected."""
+    grids = [scenes.grid(size, location=(9 * k, 0, 0)) for k, size in enumerate((1, 1, 1, 2))]
+    first, second, third, chosen = grids
+    bpy.ops.object.select_all(action="DESELECT")
+    first.select_set(True)
+    second.select_set(True)
+    bpy.context.view_layer.objects.active = first
+    bpy.ops.object.join()
+    objects = (first, third, chosen)
+    scenes.edit(*objects)
+    scenes.select(chosen.data, lambda face: True)
+    assert bpy.ops.uv.flatten_anything(other_faces="pack") == {"FINISHED"}
+    scenes.leave()
+    meshes = [one.data for one in objects]
+    metrics = scenes.measured(*meshes)
+    assert metrics["overlapping_pairs"] == 0
+    assert metrics["charts"] == 4
+    scales = []
+    for mesh in meshes:
+        positions, corners, uvs = scenes.triangles(mesh)
+        scales.append(sides(uvs) / sides(positions[corners]))
+    assert np.allclose(np.concatenate(scales), scales[0][0, 0], rtol=1e-3)
+
+
+def test_charts_without_an_area_stay_as_they_are() -> None:
+    """Faces on the left have no UVs yet, or on a line."""
+    for on_line in (False, True):
+        monkey = scenes.monkey()
+        mesh = monkey.data
+        flat = np.zeros((len(mesh.loops), 2), dtype=np.float32)
+        if on_line:
+            flat[:, 0] = scenes.uvs(mesh)[:, 0]
+            flat[:, 1] = 0.3 * flat[:, 0]
+        scenes.set_uvs(mesh, flat)
+        scenes.edit(monkey)
+        chosen = scenes.select(mesh, lambda face: face.calc_center_median().x > 0)
+        assert bpy.ops.uv.flatten_anything(other_faces="pack") == {"FINISHED"}
+        scenes.leave()
+        others = [p.loop_indices for p in mesh.polygons if p.index not in chosen]
+        assert all((scenes.uvs(mesh)[corners] == flat[corners]).all() for corners in others)
+        _, _, uvs = scenes.triangles(mesh)
+        is_new = np.isin([triangle.polygon_index for triangle in mesh.loop_triangles], chosen)
+        assert np.ptp(uvs[is_new], axis=(0, 1)).max() > 0.9
+
+
+def test_a_mesh_without_uvs_gets_some() -> None:
+    monkey = scenes.monkey()
+    mesh = monkey.data
+    mesh.uv_layers.remove(mesh.uv_layers[0])
+    scenes.edit(monkey)
+    scenes.select(mesh, lambda face: face.calc_center_median().x > 0)
+    assert bpy.ops.uv.flatten_anything(other_faces="pack") == {"FINISHED"}
+    assert bpy.ops.uv.flatten_anything(only_selected=False) == {"FINISHED"}
+    scenes.leave()
+    is_valid(scenes.measured(mesh))
+
+
+def test_too_narrow_a_margin_is_told() -> None:
+    grid = scenes.grid(2)
+    # Each face is a chart.
+    corners = np.tile([(0, 0), (1, 0), (1, 1), (0, 1)], (len(grid.data.polygons), 1))
+    scenes.set_uvs(grid.data, corners + 2 * np.repeat(np.arange(16), 4)[:, None])
+    scenes.edit(grid)
+    scenes.select(grid.data, lambda face: face.index == 0)
+    operator = operator_module()
+    parts = operator.meshes.parts([grid], True, False, True)
+    task = operator.Task(parts, use_seams=True, margin=60.0, resolution=240)
+    [warning] = task.write(mark_seams=False)
+    assert warning.startswith("with other charts the margin is ")
+    scenes.leave()
+
+
+def test_neural_layouts_are_not_repeated(monkeypatch) -> None:
+    """What Adjust Last Operation does, and Repeat Last."""
+    kind = operator_module().UV_OT_flatten_anything
+    start, started = kind.start, []
+
+    def watched(self, context):
+        started.append(self.method)
+        return start(self, context) if self.method == "direct" else None
+
+    monkey = scenes.monkey()
+    scenes.edit(monkey)
+    bpy.ops.ed.undo_push(message="before")
+    # As one of a user, for Blender to keep it.
+    assert bpy.ops.uv.flatten_anything("EXEC_DEFAULT", True, method="direct") == {"FINISHED"}
+    bpy.ops.ed.undo_push(message="Flatten Anything")
+    [last] = bpy.context.window_manager.operators
+    [area] = [area for area in bpy.context.screen.areas if area.type == "VIEW_3D"]
+    [region] = [region for region in area.regions if region.type == "WINDOW"]
+
+    def uvs():
+        edit = bmesh.from_edit_mesh(bpy.context.object.data)
+        layer = edit.loops.layers.uv.active
+        return np.array([loop[layer].uv for face in edit.faces for loop in face.loops])
+
+    monkeypatch.setattr(kind, "start", watched)
+    before = uvs()
+    for method, is_same in (("neural", True), ("direct", False)):
+        for repeat in (bpy.ops.ed.undo_redo, bpy.ops.screen.repeat_last):
+            last.properties.method = method
+            last.properties.margin += 20
+            with bpy.context.temp_override(window=bpy.context.window, area=area, region=region):
+                repeat()
+            assert (uvs() == before).all() == is_same
+            before = uvs()
+    assert started == ["direct", "direct"]
+    scenes.leave()
 
 
 def test_marked_seams_are_cut_and_new_ones_marked() -> None:
@@ -190,8 +341,8 @@ def test_cancelling_leaves_the_mesh_as_it_was() -> None:
     before = scenes.uvs(mesh)
     scenes.edit(monkey)
     operator = operator_module()
-    parts = operator.meshes.chosen(bpy.context.objects_in_mode_unique_data, True, False)
-    task = operator.Task(parts, use_seams=True, distortion_bound=4.001)
+    parts = operator.meshes.parts(bpy.context.objects_in_mode_unique_data, True, False, False)
+    task = operator.Task(parts, use_seams=True, distortion_bound=4.001, **SQUARE)
     assert task.status().startswith("Flatten Anything: ")
     assert task.job.cancel()
     with pytest.raises(operator.CancelledError):
@@ -226,12 +377,17 @@ def test_faces_that_a_seam_crosses_are_counted() -> None:
     plane = scenes.active()
     scenes.edit(plane)
     operator = operator_module()
-    [part] = operator.meshes.chosen([plane], True, False)
+    [part] = operator.meshes.parts([plane], True, False, False)
     assert part.triangles.shape == (2, 3) and len(part.spared) == 1
     uvs = np.arange(12, dtype=np.float32).reshape(2, 3, 2)
-    assert operator.meshes.write(part, uvs, None) == 1
+    assert operator.meshes.write_uvs(part, part.chosen, uvs) == 1
+    edit = bmesh.from_edit_mesh(plane.data)
+    layer = edit.loops.layers.uv.active
+    [face] = edit.faces
+    # Where triangles disagree, the first has its way.
+    assert [tuple(face.loops[k][layer].uv) for k in part.chosen[0]] == [(0, 1), (2, 3), (4, 5)]
     own = part.vertices[part.triangles][:, :, :2]
-    assert operator.meshes.write(part, own, None) == 0
+    assert operator.meshes.write_uvs(part, part.chosen, own) == 0
     scenes.leave()
     places = np.array([plane.data.vertices[loop.vertex_index].co.xy for loop in plane.data.loops])
     assert np.allclose(scenes.uvs(plane.data), places)
@@ -241,11 +397,7 @@ def test_marks_on_the_border_of_the_selection_stay() -> None:
     bpy.ops.mesh.primitive_grid_add(x_subdivisions=4, y_subdivisions=4)
     grid = scenes.active()
     scenes.edit(grid)
-    bpy.ops.mesh.select_all(action="DESELECT")
-    edit = bmesh.from_edit_mesh(grid.data)
-    for face in edit.faces:
-        face.select = face.calc_center_median().x > 0
-    bmesh.update_edit_mesh(grid.data)
+    scenes.select(grid.data, lambda face: face.calc_center_median().x > 0)
     assert bpy.ops.uv.flatten_anything(mark_seams=True) == {"FINISHED"}
     scenes.leave()
     marked = [edge for edge in grid.data.edges if edge.use_seam]
@@ -266,8 +418,8 @@ def test_a_mesh_that_changed_meanwhile_is_left_alone() -> None:
     monkey = scenes.monkey()
     scenes.edit(monkey)
     operator = operator_module()
-    parts = operator.meshes.chosen([monkey], True, False)
-    task = operator.Task(parts, use_seams=True)
+    parts = operator.meshes.parts([monkey], True, False, False)
+    task = operator.Task(parts, use_seams=True, **SQUARE)
     task.job.exception()
     bpy.ops.mesh.delete(type="FACE")
     with pytest.raises(operator.Changed):
@@ -297,14 +449,14 @@ def test_it_runs_in_the_background_until_it_ends_or_esc(cancelled: bool) -> None
     scenes.edit(monkey)
     operator = operator_module()
     kind = operator.UV_OT_flatten_anything
-    parts = operator.meshes.chosen(bpy.context.objects_in_mode_unique_data, True, False)
+    parts = operator.meshes.parts(bpy.context.objects_in_mode_unique_data, True, False, False)
     texts = []
     context = SimpleNamespace(
         window_manager=SimpleNamespace(event_timer_remove=lambda timer: texts.append(timer)),
         workspace=SimpleNamespace(status_text_set=texts.append),
     )
     own = SimpleNamespace(mark_seams=False, report=print, _timer="timer")
-    own._task = operator.Task(parts, use_seams=True)
+    own._task = operator.Task(parts, use_seams=True, **SQUARE)
     own.leave = lambda *given: kind.leave(own, *given)
     own.end = lambda task: kind.end(own, task)
     assert kind.modal(own, context, SimpleNamespace(type="A")) == {"RUNNING_MODAL"}
