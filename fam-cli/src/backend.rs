@@ -34,7 +34,9 @@ pub enum Backend {
     /// A graphics adapter, by burn-wgpu.
     #[cfg(feature = "wgpu")]
     Wgpu {
+        /// The adapter, as Burn counts them.
         device: burn_wgpu::WgpuDevice,
+        /// Its name.
         adapter: String,
     },
     /// A GPU of NVIDIA's, by burn-cuda.
@@ -44,6 +46,7 @@ pub enum Backend {
 
 /// A computation that runs on any backend.
 pub trait Job {
+    /// What it comes to.
     type Output;
 
     /// Runs on a device; what trains there takes these strategies.
@@ -53,6 +56,9 @@ pub trait Job {
 
 impl Backend {
     /// The backend that the user's choice stands for.
+    ///
+    /// # Errors
+    /// It is not compiled in, or finds no device.
     pub fn choose(name: BackendName) -> Result<Self, Failure> {
         match name {
             BackendName::Auto => auto(),
@@ -62,11 +68,13 @@ impl Backend {
             BackendName::Ndarray => Ok(Self::Ndarray),
             #[cfg(feature = "wgpu")]
             BackendName::Wgpu => adapters::best(|_| true).ok_or_else(|| {
-                Failure::input("wgpu finds no graphics adapter; --backend auto runs on the CPU")
+                Failure::input(
+                    "wgpu finds no graphics adapter; the backend auto takes the CPU then",
+                )
             }),
             #[cfg(feature = "cuda")]
             BackendName::Cuda => cuda().ok_or_else(|| {
-                Failure::input("CUDA finds no device; --backend auto takes another")
+                Failure::input("CUDA finds no device; the backend auto takes another then")
             }),
             #[cfg(not(all(
                 feature = "flex",

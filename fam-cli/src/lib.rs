@@ -1,4 +1,4 @@
-//! `fam`: UVs for any mesh or point cloud. The program as a function.
+//! `fam`: UVs for any mesh or point cloud. The program as a function, and its choice of backends.
 
 mod again;
 mod args;
@@ -24,9 +24,13 @@ use std::ffi::OsString;
 
 use clap::Parser;
 
+pub use args::BackendName;
+pub use backend::{Backend, Job};
+pub use failure::Failure;
+
 use again::Again;
 use args::{Arguments, Command};
-use failure::{Failure, USAGE};
+use failure::USAGE;
 
 /// Runs the program with arguments, of which the first is its name. `program` starts it again, as a
 /// process for each file of many: the path of an executable, and arguments before all others. Returns the exit code: 0 done, 1

@@ -2,8 +2,11 @@
 
 use std::time::Duration;
 
-/// Ends the program with exit code 1 and one line once the time is over.
-pub fn end_after(limit: Duration, input: String) {
+/// Ends the program with exit code 1 and one line once the time is over, if there is a limit.
+pub fn end_after(limit: Option<Duration>, input: String) {
+    let Some(limit) = limit else {
+        return;
+    };
     std::thread::spawn(move || {
         std::thread::sleep(limit);
         eprintln!("fam: {}", not_done(&input, limit));

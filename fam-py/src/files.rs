@@ -103,6 +103,12 @@ impl File {
         self.0.labels().material_names.clone()
     }
 
+    /// The files beside it that it refers to.
+    #[getter]
+    fn companions(&self) -> Vec<PathBuf> {
+        self.0.companions()
+    }
+
     /// What the user should know about the file.
     #[getter]
     fn warnings(&self) -> Vec<String> {

@@ -5,6 +5,7 @@
 //! threads of its process, while Python goes on.
 
 mod arrays;
+mod backend;
 mod failure;
 mod files;
 mod job;

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use burn_autodiff::Autodiff;
+use burn::tensor::backend::AutodiffBackend;
 use burn_flex::Flex;
 use fam_core::atlas::Atlas;
-use fam_core::training::Strategies;
+use fam_core::training::{Strategies, TrainingConfig};
 use fam_io::atomic::write_atomically;
 use fam_surface::seams::{SeamRule, SeamThreshold, Seams};
 use fam_surface::{Normalization, Surface};
@@ -16,8 +16,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::arrays::{Faces, PolygonMesh, cloud, of_rows, rows};
+use crate::backend::{backend, on_cpu};
 use crate::failure::Failure;
-use crate::job::{Job, Output};
+use crate::job::{Job, Output, Signal};
 use crate::settings::Settings;
 
 /// A trained map: it gives a UV to any point.
@@ -52,25 +53,49 @@ pub fn train(
         let faces = faces.transpose()?;
         let normals = normals.as_ref().map(rows).transpose()?;
         let config = settings.training()?;
+        let name = settings.backend()?;
         Job::start(move |signal| {
             let surface = match faces {
                 Some(faces) => Surface::Mesh(PolygonMesh::new(positions, &faces)?.mesh),
                 None => cloud(positions, normals)?,
             };
-            let steps = config.steps();
-            let trained = fam::train::<Autodiff<Flex>>(
-                &config,
-                &surface,
-                &fam::Parting::default(),
-                SeamRule::Spacing,
-                &Default::default(),
-                Strategies::tiled(),
-                |now| signal.observe(&fam::Progress::Training { steps, now }),
-            )?;
-            Ok(Map::from(trained.flattened.atlas))
+            backend(name)?.run(Training {
+                config: &config,
+                surface: &surface,
+                signal,
+            })
         })
     };
     start().map_err(|failure: Failure| failure.exception(py))
+}
+
+/// Training, on any backend.
+struct Training<'a> {
+    config: &'a TrainingConfig,
+    surface: &'a Surface,
+    signal: &'a Signal,
+}
+
+impl fam_cli::Job for Training<'_> {
+    type Output = Result<Map, Failure>;
+
+    fn run<B: AutodiffBackend>(
+        self,
+        device: &B::Device,
+        strategies: Strategies<B>,
+    ) -> Self::Output {
+        let steps = self.config.steps();
+        let trained = fam::train::<B>(
+            self.config,
+            self.surface,
+            &fam::Parting::default(),
+            SeamRule::Spacing,
+            device,
+            strategies,
+            |now| self.signal.observe(&fam::Progress::Training { steps, now }),
+        )?;
+        Ok(Map::from(on_cpu(&trained.flattened.atlas)?))
+    }
 }
 
 /// The map in a file.

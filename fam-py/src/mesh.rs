@@ -2,6 +2,7 @@
 
 use burn_flex::Flex;
 use fam::{Options, Parting, Unwrapped, Uvs, in_a_row};
+use fam_cli::BackendName;
 use fam_core::atlas::Atlas;
 use fam_layout::Marks;
 use fam_surface::charts::charts;
@@ -40,13 +41,14 @@ pub fn unwrap(
         let faces = Faces::new(&corners, sizes.as_ref())?;
         let marks = [rows(&wanted)?, rows(&forbidden)?];
         let mut options = settings.options(Parting::default())?;
+        let backend = settings.backend()?;
         Job::start(move |signal| {
             let mesh = PolygonMesh::new(positions, &faces)?;
             options.parting = Parting {
                 duplicates: options.parting.duplicates,
                 ..parting(&mesh, objects.as_deref(), materials.as_deref())
             };
-            unwrapped(mesh, options, &marks, signal)
+            unwrapped(mesh, options, backend, &marks, signal)
         })
     };
     start().map_err(|failure| failure.exception(py))
@@ -78,13 +80,14 @@ pub fn unwrap_file(
             false => Parting::by_object(&labels.objects),
         };
         let options = settings.options(parting)?;
+        let backend = settings.backend()?;
         let marks = [rows(&wanted)?, rows(&forbidden)?];
         let mesh = PolygonMesh {
             mesh: mesh.clone(),
             polygons,
             diagonals: document.diagonals().to_vec(),
         };
-        Job::start(move |signal| unwrapped(mesh, options, &marks, signal))
+        Job::start(move |signal| unwrapped(mesh, options, backend, &marks, signal))
     };
     start().map_err(|failure| failure.exception(py))
 }
@@ -104,6 +107,7 @@ fn parting(mesh: &PolygonMesh, objects: Option<&[u32]>, materials: Option<&[u32]
 fn unwrapped(
     mesh: PolygonMesh,
     mut options: Options,
+    backend: BackendName,
     [wanted, forbidden]: &[Vec<[u32; 2]>; 2],
     signal: &Signal,
 ) -> Result<MeshOutput, Failure> {
@@ -120,7 +124,7 @@ fn unwrapped(
         unwrapped,
         report,
         warnings,
-    } = Told::of(&surface, &options, signal)?;
+    } = Told::of(&surface, &options, backend, signal)?;
     let Unwrapped {
         uvs, seams, map, ..
     } = unwrapped;

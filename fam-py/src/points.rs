@@ -26,12 +26,13 @@ pub fn unwrap_points(
         let normals = normals.as_ref().map(rows).transpose()?;
         let surface = cloud(rows(&points)?, normals)?;
         let options = settings.options(Parting::default())?;
+        let backend = settings.backend()?;
         Job::start(move |signal| {
             let Told {
                 unwrapped,
                 report,
                 warnings,
-            } = Told::of(&surface, &options, signal)?;
+            } = Told::of(&surface, &options, backend, signal)?;
             let Uvs::Points(uvs) = unwrapped.uvs else {
                 return Err(Failure::Internal("a cloud has UVs of corners".to_owned()));
             };

@@ -3,11 +3,13 @@
 use std::time::Duration;
 
 use fam::{Method, Options, Parting};
+use fam_cli::BackendName;
 use fam_core::training::TrainingConfig;
 use fam_layout::LayoutConfig;
 use fam_surface::Duplicates;
 use pyo3::prelude::*;
 
+use crate::backend;
 use crate::failure::Failure;
 
 /// The options that all calls share, as the Python modules name them.
@@ -26,6 +28,7 @@ pub struct Settings {
     preset: String,
     iterations: Option<usize>,
     seed: Option<u64>,
+    backend: String,
 }
 
 impl Settings {
@@ -57,6 +60,11 @@ impl Settings {
             None => Ok(config),
             Some(problem) => Err(Failure::Input(in_python(problem))),
         }
+    }
+
+    /// Where they are trained.
+    pub fn backend(&self) -> Result<BackendName, Failure> {
+        backend::named(&self.backend)
     }
 
     /// The options of an unwrapping without marks.

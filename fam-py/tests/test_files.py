@@ -3,9 +3,11 @@
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 
 import flatten_anything as fa
 import shapes
@@ -76,15 +78,137 @@ def test_the_program_writes_the_same_bytes(tmp_path: Path) -> None:
 
 
 def test_trimesh_meshes_go_there_and_back() -> None:
-    trimesh = pytest.importorskip("trimesh")
     mesh = trimesh.creation.icosphere(subdivisions=2)
     mesh.vertex_attributes["weight"] = np.arange(len(mesh.vertices), dtype=float)
+    mesh.face_attributes["part"] = np.arange(len(mesh.faces)) % 7
+    mesh.metadata["made"] = {"by": ["hand"]}
     layout = fa.from_trimesh(mesh)
     flat = fa.to_trimesh(mesh, layout)
     assert flat.visual.uv.shape == (len(flat.vertices), 2)
     assert np.allclose(flat.triangles, mesh.triangles)
+    assert np.allclose(flat.vertex_normals, mesh.vertex_normals[layout.vertex_map])
     assert (flat.vertex_attributes["weight"] == layout.vertex_map).all()
+    assert (flat.face_attributes["part"] == mesh.face_attributes["part"]).all()
     assert np.allclose(flat.area, mesh.area)
+    assert flat.metadata["made"] == {"by": ["hand"]}
+    flat.metadata["made"]["by"].append("machine")
+    flat.face_attributes["part"][0] = 99
+    assert mesh.metadata["made"] == {"by": ["hand"]} and mesh.face_attributes["part"][0] == 0
+
+
+def test_options_of_trimesh_meshes_are_those_of_arrays() -> None:
+    mesh = trimesh.Trimesh(*shapes.torus(12, 6), process=False)
+    around = [[i * 6, (i + 1) % 12 * 6] for i in range(12)]
+    halves = (mesh.triangles_center[:, 0] > 0).astype(int)
+    for options in (
+        {"seams": around},
+        {"no_seams": around},
+        {"objects": halves},
+        {"materials": halves},
+        {"distortion_bound": 4.02},
+    ):
+        given = fa.from_trimesh(mesh, **options)
+        expected = fa.unwrap(mesh.vertices, mesh.faces, **options)
+        assert (given.uvs == expected.uvs).all() and (given.seams == expected.seams).all()
+
+    class Enough(Exception):
+        pass
+
+    def observe(_: fa.Progress) -> None:
+        raise Enough
+
+    slow = trimesh.Trimesh(*shapes.torus(160, 80), process=False)
+    with pytest.raises(Enough):
+        fa.from_trimesh(slow, progress=observe)
+    for other in (trimesh.Scene(mesh), trimesh.PointCloud(mesh.vertices)):
+        with pytest.raises(fa.InputError, match="takes a Trimesh, not a (Scene|PointCloud)"):
+            fa.from_trimesh(other)
+
+
+def test_materials_of_trimesh_faces_have_squares_of_their_own() -> None:
+    mesh = trimesh.Trimesh(*shapes.torus(12, 6), process=False)
+    halves = (mesh.triangles_center[:, 0] > 0).astype(int)
+    materials = [trimesh.visual.material.PBRMaterial(name=name) for name in "ab"]
+    mesh.visual = trimesh.visual.TextureVisuals(
+        material=trimesh.visual.material.MultiMaterial(materials), face_materials=halves.tolist()
+    )
+    layout = fa.from_trimesh(mesh, materials=True)
+    assert layout.squares is not None and (layout.squares == halves).all()
+    flat = fa.to_trimesh(mesh, layout)
+    assert (flat.visual.face_materials == halves).all()
+    assert [material.name for material in flat.visual.material] == ["a", "b"]
+    assert fa.from_trimesh(mesh).squares is None
+    other = fa.from_trimesh(mesh, materials=1 - halves)
+    assert other.squares is not None and (other.squares == 1 - halves).all()
+
+
+def test_colours_of_trimesh_meshes_stay() -> None:
+    plain = trimesh.creation.icosphere(subdivisions=1)
+    layout = fa.from_trimesh(plain)
+    colours = np.random.default_rng(0).integers(0, 256, (len(plain.faces), 4), dtype=np.uint8)
+    of_vertices = plain.copy()
+    of_vertices.visual.vertex_colors = colours[: len(plain.vertices)]
+    flat = fa.to_trimesh(of_vertices, layout)
+    kept = flat.visual.vertex_attributes["color"]
+    assert (kept == colours[layout.vertex_map]).all()
+    assert flat.visual.material.main_color.tolist() == [255] * 4
+    # Another layout of the same mesh, which has its colours beside UVs now.
+    again = fa.from_trimesh(flat)
+    kept_again = fa.to_trimesh(flat, again).visual.vertex_attributes["color"]
+    assert (kept_again == kept[again.vertex_map]).all()
+    of_faces = plain.copy()
+    of_faces.visual.face_colors = colours
+    assert (fa.to_trimesh(of_faces, layout).face_attributes["color"] == colours).all()
+
+
+def coloured() -> tuple[Any, fa.Layout, Any]:
+    """A mesh of trimesh with all that files can keep, its layout, and the mesh with that."""
+    mesh = trimesh.creation.torus(1.0, 0.4, 12, 8)
+    mesh.visual.vertex_colors = np.arange(4 * len(mesh.vertices)).reshape(-1, 4) % 256
+    mesh.vertex_attributes["weight"] = np.arange(len(mesh.vertices), dtype=np.float32)
+    mesh.metadata["made"] = "by hand"
+    layout = fa.from_trimesh(mesh)
+    return mesh, layout, fa.to_trimesh(mesh, layout)
+
+
+def test_a_trimesh_mesh_survives_glb(tmp_path: Path) -> None:
+    mesh, layout, flat = coloured()
+    flat.export(tmp_path / "a.glb")
+    (read,) = trimesh.load(tmp_path / "a.glb").geometry.values()
+    assert (read.faces == layout.faces).all()
+    assert np.allclose(read.visual.uv, layout.vertex_uvs, atol=1e-6)
+    assert np.allclose(read.vertex_normals, mesh.vertex_normals[layout.vertex_map], atol=1e-6)
+    colours = mesh.visual.vertex_colors[layout.vertex_map]
+    assert (read.visual.vertex_attributes["color"] == colours).all()
+    assert (read.vertex_attributes["_weight"].ravel() == layout.vertex_map).all()
+    assert read.metadata["made"] == "by hand"
+
+
+def test_a_trimesh_mesh_survives_obj(tmp_path: Path) -> None:
+    mesh, layout, flat = coloured()
+    flat.visual.material.name = "red"
+    flat.export(tmp_path / "a.obj")
+    read = trimesh.load(tmp_path / "a.obj", process=False)
+    assert np.allclose(read.triangles, mesh.triangles, atol=1e-6)
+    assert np.allclose(read.visual.uv[read.faces], layout.uvs, atol=1e-6)
+    normals = mesh.vertex_normals[mesh.faces]
+    assert np.allclose(read.vertex_normals[read.faces], normals, atol=1e-6)
+    assert read.visual.material.name == "red"
+
+
+def test_meshes_of_a_scene_share_a_square(tmp_path: Path) -> None:
+    scene = trimesh.Scene()
+    for place, mesh in enumerate((trimesh.creation.icosphere(1), trimesh.creation.box())):
+        scene.add_geometry(mesh, transform=trimesh.transformations.translation_matrix([place] * 3))
+    meshes = scene.geometry
+    layouts = fa.unwrap_meshes([(mesh.vertices, mesh.faces) for mesh in meshes.values()])
+    for name, layout in zip(list(meshes), layouts, strict=True):
+        meshes[name] = fa.to_trimesh(meshes[name], layout)
+    scene.export(tmp_path / "a.glb")
+    read = trimesh.load(tmp_path / "a.glb")
+    assert np.allclose(read.bounds, scene.bounds)
+    for mesh, layout in zip(read.geometry.values(), layouts, strict=True):
+        assert np.allclose(mesh.visual.uv[mesh.faces], layout.uvs, atol=1e-6)
 
 
 def test_charts_are_packed() -> None:

@@ -89,6 +89,30 @@ def test_meshes_share_a_square() -> None:
         fa.unwrap_meshes([meshes[0], (meshes[1][0], [])])
 
 
+def test_meshes_have_their_parts_of_a_joint_layout() -> None:
+    meshes = [shapes.torus(6, 5), shapes.sheet(3, 2), shapes.torus(5, 3), shapes.sheet(2, 2)] * 3
+    layouts = fa.unwrap_meshes(meshes)
+    counts = [(len(vertices), len(faces)) for vertices, faces in meshes]
+    firsts = np.cumsum([(0, 0), *counts], axis=0)[:-1]
+    joint = fa.unwrap(
+        np.concatenate([vertices for vertices, _ in meshes]),
+        np.concatenate([mesh[1] + first for mesh, (first, _) in zip(meshes, firsts, strict=True)]),
+        objects=np.repeat(np.arange(len(meshes)), [faces for _, faces in counts]),
+    )
+    assert isinstance(joint.uvs, np.ndarray) and joint.metrics == layouts[0].metrics
+    for layout, (vertices, faces), (first, face) in zip(layouts, counts, firsts, strict=True):
+        own = (joint.vertex_map >= first) & (joint.vertex_map < first + vertices)
+        assert (layout.vertex_map == joint.vertex_map[own] - first).all()
+        assert (layout.vertex_uvs == joint.vertex_uvs[own]).all()
+        assert (layout.uvs == joint.uvs[face : face + faces]).all()
+        assert (layout.face_map == np.arange(faces)).all()
+        charts = joint.charts[face : face + faces]
+        assert (layout.charts == charts - charts.min()).all()
+        inside = (joint.seams[:, 0] >= first) & (joint.seams[:, 0] < first + vertices)
+        assert inside.any() == (len(layout.seams) > 0)
+        assert (layout.seams == joint.seams[inside] - first).all()
+
+
 def test_the_same_input_gives_the_same_layout() -> None:
     vertices, faces = shapes.torus()
     one, other = fa.unwrap(vertices, faces), fa.unwrap(vertices, faces)

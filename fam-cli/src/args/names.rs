@@ -15,6 +15,11 @@ pub enum Preset {
     Paper,
 }
 
+/// What computes.
+#[expect(
+    missing_docs,
+    reason = "comments would be shown as the help of the values"
+)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum BackendName {
     Auto,

@@ -5,6 +5,8 @@ mod memory;
 mod message;
 mod worker;
 
+use std::cmp::Reverse;
+use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -77,7 +79,7 @@ pub fn run(
             need: memory::need(tasks[number].size),
         })
         .collect();
-    queue.sort_by_key(|waiting| std::cmp::Reverse(tasks[waiting.number].size));
+    queue.sort_by_key(|waiting| Reverse(tasks[waiting.number].size));
     let mut pool = Pool {
         tasks,
         limits,
@@ -85,7 +87,7 @@ pub fn run(
         tell,
         sender,
         gauge: Gauge::new(),
-        queue,
+        queue: queue.into(),
         running: Vec::new(),
         is_stopping: false,
     };
@@ -123,7 +125,7 @@ struct Pool<'a, F> {
     sender: Sender<(usize, Said)>,
     gauge: Gauge,
     /// The first goes first.
-    queue: Vec<Waiting>,
+    queue: VecDeque<Waiting>,
     /// The oldest first.
     running: Vec<Running>,
     is_stopping: bool,
@@ -200,10 +202,11 @@ impl<F: FnMut(usize, Event) -> Result<(), Failure>> Pool<'_, F> {
         while self.running.len() < self.limits.jobs {
             let fits =
                 |waiting: &Waiting| shares.is_empty() || memory.has_room(waiting.need, &shares);
-            let Some(next) = self.queue.iter().position(fits) else {
+            let next = self.queue.iter().position(fits);
+            let Some(Waiting { number, need }) = next.and_then(|next| self.queue.remove(next))
+            else {
                 break;
             };
-            let Waiting { number, need } = self.queue.remove(next);
             shares.push(Share { need, used: 0 });
             self.start(number, need)?;
         }
@@ -269,7 +272,7 @@ impl<F: FnMut(usize, Event) -> Result<(), Failure>> Pool<'_, F> {
                     _ => None,
                 };
                 if let (Some(need), false) = (larger, self.is_stopping) {
-                    self.queue.push(Waiting { number, need });
+                    self.queue.push_back(Waiting { number, need });
                     return (self.tell)(number, Event::Waits);
                 }
                 match (running.killed, self.limits.timeout) {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,6 +34,8 @@ class File:
         """The material of every triangle `[M]`, −1 for none; none if there are no materials."""
         self.material_names: list[str] = native.material_names
         """The names of the materials."""
+        self.companions: list[Path] = native.companions
+        """The files beside it that it refers to: buffers, materials, images."""
         self.warnings: list[str] = native.warnings
         """What the user should know about the file, in sentences."""
 

@@ -8,6 +8,7 @@ from typing import Any, Literal, TypedDict, cast
 from ._errors import InputError
 
 Method = Literal["auto", "direct", "neural"]
+Backend = Literal["auto", "flex", "wgpu"]
 Preset = Literal["fast", "paper"]
 
 
@@ -26,6 +27,9 @@ class Options(TypedDict, total=False):
     - `time_budget`: about how many seconds it may take.
     - `preset`, `iterations`, `seed`: how networks are trained, where any are. `fast` takes half a
       minute on a CPU, `paper` hours.
+    - `backend`: where they are trained: `flex` is the CPU; `wgpu` is a graphics adapter, if the
+      package was built with the feature of that name; `auto`, the default, is a real GPU if there
+      is one for it, else the CPU.
     """
 
     method: Method
@@ -39,6 +43,7 @@ class Options(TypedDict, total=False):
     preset: Preset
     iterations: int | None
     seed: int | None
+    backend: Backend
 
 
 _DEFAULTS: Options = {
@@ -53,6 +58,7 @@ _DEFAULTS: Options = {
     "preset": "fast",
     "iterations": None,
     "seed": None,
+    "backend": "auto",
 }
 
 
@@ -62,9 +68,10 @@ class TrainingOptions(TypedDict, total=False):
     preset: Preset
     iterations: int | None
     seed: int | None
+    backend: Backend
 
 
-_TEXTS = {"method", "preset"}
+_TEXTS = {"method", "preset", "backend"}
 _NUMBERS = {"distortion_bound", "seam_weight", "margin", "time_budget"}
 _MAY_BE_NONE = {"max_charts", "time_budget", "iterations", "seed"}
 _LARGEST = {"resolution": 2**32 - 1, "seed": 2**64 - 1}

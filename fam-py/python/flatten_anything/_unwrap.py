@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from typing import Any, Unpack
 
@@ -112,39 +113,53 @@ def unwrap_meshes(
     )
     found = wait(job, progress)
     counts = [(len(own), len(of_faces)) for own, of_faces in zip(positions, sizes, strict=True)]
+    report = json.loads(found["report"])
     return [
-        layout_of(part, width) for part, width in zip(_parts(found, counts), widths, strict=True)
+        layout_of(part, width, report)
+        for part, width in zip(_parts(found, counts), widths, strict=True)
     ]
 
 
 def _parts(found: dict[str, Any], counts: list[tuple[int, int]]) -> list[dict[str, Any]]:
     """Return what was found of all meshes for each of them."""
-    vertex_map, source, seams = found["vertex_map"], found["source"], found["seams"]
-    ends = np.concatenate([[0], np.cumsum(found["sizes"], dtype=np.int64)])
+    firsts = np.cumsum([(0, 0), *counts], axis=0)
+    vertex_order, vertex_ends = _by_mesh(found["vertex_map"], firsts[:, 0])
+    seam_order, seam_ends = _by_mesh(found["seams"][:, 0], firsts[:, 0])
+    face_ends = np.searchsorted(found["source"], firsts[:, 1])
+    corner_ends = np.concatenate([[0], np.cumsum(found["sizes"], dtype=np.int64)])[face_ends]
+    # Where each vertex stands when they are mesh by mesh.
+    places = np.empty(len(vertex_order), dtype=np.uint32)
+    places[vertex_order] = np.arange(len(vertex_order), dtype=np.uint32)
     parts = []
-    first_vertex = first_face = 0
-    for vertices, faces in counts:
-        own = (vertex_map >= first_vertex) & (vertex_map < first_vertex + vertices)
-        numbers = np.cumsum(own, dtype=np.uint32) - np.uint32(1)
-        low, high = np.searchsorted(source, [first_face, first_face + faces])
-        charts = found["charts"][low:high]
-        inside = (seams[:, 0] >= first_vertex) & (seams[:, 0] < first_vertex + vertices)
+    for mesh, (first_vertex, first_face) in enumerate(firsts[:-1].astype(np.uint32)):
+        vertices = vertex_order[vertex_ends[mesh] : vertex_ends[mesh + 1]]
+        seams = seam_order[seam_ends[mesh] : seam_ends[mesh + 1]]
+        faces = slice(*face_ends[mesh : mesh + 2])
+        corners = found["corners"][slice(*corner_ends[mesh : mesh + 2])]
+        charts = found["charts"][faces]
         parts.append(
             {
                 **found,
-                "vertex_map": vertex_map[own] - np.uint32(first_vertex),
-                "vertex_uvs": found["vertex_uvs"][own],
-                "source": source[low:high] - np.uint32(first_face),
-                "sizes": found["sizes"][low:high],
-                "corners": numbers[found["corners"][ends[low] : ends[high]]],
+                "vertex_map": found["vertex_map"][vertices] - first_vertex,
+                "vertex_uvs": found["vertex_uvs"][vertices],
+                "source": found["source"][faces] - first_face,
+                "sizes": found["sizes"][faces],
+                "corners": places[corners] - np.uint32(vertex_ends[mesh]),
                 "charts": charts - charts.min(),
-                "seams": seams[inside] - np.uint32(first_vertex),
+                "seams": found["seams"][seams] - first_vertex,
                 "indexed": None,
             }
         )
-        first_vertex += vertices
-        first_face += faces
     return parts
+
+
+def _by_mesh(
+    vertices: _arrays.Indices, firsts: npt.NDArray[np.int64]
+) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    """Return the order in which vertices are mesh by mesh, and where the meshes begin and end."""
+    meshes = np.searchsorted(firsts, vertices, side="right") - 1
+    order = np.argsort(meshes, kind="stable")
+    return order, np.searchsorted(meshes[order], np.arange(len(firsts)))
 
 
 def unwrap_points(

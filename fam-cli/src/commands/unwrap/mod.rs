@@ -14,6 +14,7 @@ use crate::again::Again;
 use crate::args;
 use crate::failure::Failure;
 use crate::inputs::Inputs;
+use crate::timeout::end_after;
 use run::Run;
 
 /// Writes surfaces with UVs and all that goes with them.
@@ -26,6 +27,8 @@ pub fn unwrap(arguments: args::Unwrap, again: &Again) -> Result<u8, Failure> {
     }
     match Inputs::collect(&arguments.inputs, arguments.out.as_deref())? {
         Inputs::Sample => {
+            let name = "the built-in sample";
+            end_after(arguments.timeout, name.to_owned());
             let mut run = Run::new(arguments)?;
             // The sample shows what the networks do.
             if run.config.method == Method::Auto {
@@ -33,9 +36,11 @@ pub fn unwrap(arguments: args::Unwrap, again: &Again) -> Result<u8, Failure> {
             }
             // Closed and of genus 1, so that seams have to be found.
             let document = Document::of_surface(Surface::Mesh(shapes::torus(1.0, 0.4, 96, 48)));
-            run.single(&document, "the built-in sample", "sample", None)
+            run.single(&document, name, "sample", None)
         }
         Inputs::One(path) => {
+            // Already reading may have no end.
+            end_after(arguments.timeout, path.display().to_string());
             let document = fam_io::read_surface(&path).map_err(Failure::input)?;
             let run = Run::new(arguments)?;
             run.single(

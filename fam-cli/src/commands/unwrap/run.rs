@@ -22,7 +22,6 @@ use crate::marks::MarkFiles;
 use crate::output::{Output, Results};
 use crate::parting::parting;
 use crate::progress::{Kind, UnwrapProgress, short};
-use crate::timeout::end_after;
 
 /// What all files of a run have in common.
 pub struct Run {
@@ -71,9 +70,6 @@ impl Run {
         let folder = self.arguments.out.clone();
         let folder = folder.unwrap_or_else(|| PathBuf::from(format!("{stem}.fam")));
         let output = self.output(document, stem, &folder);
-        if let Some(limit) = self.arguments.timeout {
-            end_after(limit, input.to_owned());
-        }
         let done = self.one(document, input, path, &output, None)?;
         match done.error {
             Some(error) => Err(Failure::Work(format!(
