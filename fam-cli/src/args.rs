@@ -28,7 +28,7 @@ pub struct Arguments {
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    Unwrap(Unwrap),
+    Unwrap(Box<Unwrap>),
     Map(Map),
     Metrics(Metrics),
     Evaluate(Evaluate),

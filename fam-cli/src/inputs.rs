@@ -64,6 +64,19 @@ impl Inputs {
     }
 }
 
+impl Inputs {
+    /// A single file as one of many: of a pattern that matches one, shards have it or not.
+    pub fn many(self) -> Self {
+        match self {
+            Self::One(path) => Self::Batch {
+                files: with_folders(BTreeSet::from([(path, PathBuf::new())])),
+                failed: Vec::new(),
+            },
+            other => other,
+        }
+    }
+}
+
 /// Whether a path that does not exist as such has a wildcard in it.
 fn is_pattern(path: &Path) -> bool {
     let text = path.to_string_lossy();
@@ -100,7 +113,8 @@ impl Found {
     }
 
     fn add_folder(&mut self, path: &Path, below: &Path, out: Option<&Path>) -> io::Result<()> {
-        if is_results(path) {
+        // One named `.fam` may be left from a run that was killed.
+        if is_results(path) || path.extension() == Some("fam".as_ref()) {
             return Ok(());
         }
         for entry in std::fs::read_dir(path)? {

@@ -32,8 +32,8 @@ use again::Again;
 use args::{Arguments, Command};
 use failure::USAGE;
 
-/// Runs the program with arguments, of which the first is its name. `program` starts it again, as a
-/// process for each file of many: the path of an executable, and arguments before all others. Returns the exit code: 0 done, 1
+/// Runs the program with arguments, of which the first is its name. `program` starts it again, as
+/// a process for each file of many: the path of an executable, and arguments before all others. Returns the exit code: 0 done, 1
 /// the work failed, 2 bad input or usage, 130 interrupted.
 ///
 /// Ctrl-C is the program's from then on, and the threads of `rayon` are set up: it is for a process
@@ -51,7 +51,7 @@ pub fn run(program: Vec<OsString>, arguments: impl IntoIterator<Item = OsString>
     };
     let result = share_work().and_then(|()| match arguments.command {
         None => commands::unwrap(args::Unwrap::default(), &again),
-        Some(Command::Unwrap(arguments)) => commands::unwrap(arguments, &again),
+        Some(Command::Unwrap(arguments)) => commands::unwrap(*arguments, &again),
         Some(Command::Map(arguments)) => commands::map(&arguments),
         Some(Command::Metrics(arguments)) => commands::metrics(&arguments),
         Some(Command::Evaluate(arguments)) => commands::evaluate(&arguments),

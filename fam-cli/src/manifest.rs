@@ -3,13 +3,36 @@
 use std::fmt;
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Seek, SeekFrom, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::failure::Failure;
+
+/// The manifest of a run that has no shard.
+pub const NAME: &str = "manifest.jsonl";
+
+/// The manifests in a folder of results.
+pub fn in_folder(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    // A path without a folder is in the current one.
+    let folder = match folder.as_os_str().is_empty() {
+        true => Path::new("."),
+        false => folder,
+    };
+    let fail = |error| Failure::input(format!("{}: {error}", folder.display()));
+    let mut paths = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(fail)? {
+        let path = entry.map_err(fail)?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if name.starts_with("manifest") && name.ends_with(".jsonl") {
+            paths.push(path);
+        }
+    }
+    paths.sort();
+    Ok(paths)
+}
 
 /// What came of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -35,7 +58,7 @@ impl fmt::Display for State {
 /// A line of the manifest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Entry {
-    /// The file, as it was found.
+    /// The absolute path of the file.
     pub input: String,
     /// The folder of its results.
     pub folder: String,
@@ -61,7 +84,7 @@ pub fn now() -> f64 {
     since.unwrap_or_default().as_secs_f64()
 }
 
-/// A report without its lists of components.
+/// A report without its list of components, and without what entries have by themselves.
 pub fn metrics(mut report: Value) -> Value {
     if let Some(fields) = report.as_object_mut() {
         for name in [
@@ -111,22 +134,35 @@ impl Manifest {
     }
 }
 
-/// The entries of a manifest, and a sentence about every line that is none.
-pub fn read(path: &Path) -> Result<(Vec<Entry>, Vec<String>), Failure> {
+/// The entries of a manifest, and a sentence about lines that are none. A file that has only such
+/// lines is no manifest.
+pub fn read(path: &Path) -> Result<(Vec<Entry>, Option<String>), Failure> {
     let name = path.display();
     let bytes = std::fs::read(path).map_err(|error| Failure::input(format!("{name}: {error}")))?;
     let mut entries = Vec::new();
-    let mut faults = Vec::new();
+    let mut fault = None;
+    let mut faults = 0;
     for (number, line) in bytes.split(|byte| *byte == b'\n').enumerate() {
         if line.trim_ascii().is_empty() {
             continue;
         }
         match serde_json::from_slice(line) {
             Ok(entry) => entries.push(entry),
-            Err(error) => faults.push(format!("{name}: line {}: {error}", number + 1)),
+            Err(error) => {
+                fault.get_or_insert_with(|| format!("line {}: {error}", number + 1));
+                faults += 1;
+            }
         }
     }
-    Ok((entries, faults))
+    match fault {
+        Some(fault) if entries.is_empty() => Err(Failure::input(format!(
+            "{name}: it is no manifest: {fault}"
+        ))),
+        fault => {
+            let sentence = |fault| format!("{name}: {faults} unreadable lines, the first: {fault}");
+            Ok((entries, fault.map(sentence)))
+        }
+    }
 }
 
 #[cfg(test)]
@@ -158,9 +194,19 @@ mod tests {
         .unwrap();
         let mut manifest = Manifest::open(&path).unwrap();
         manifest.add(&entry("c")).unwrap();
-        let (entries, faults) = read(&path).unwrap();
+        let (entries, fault) = read(&path).unwrap();
         assert_eq!(entries, [entry("a"), entry("c")]);
-        assert_eq!(faults.len(), 1);
-        assert!(faults[0].contains("line 2"), "{faults:?}");
+        let fault = fault.unwrap();
+        assert!(
+            fault.contains("1 unreadable lines, the first: line 2"),
+            "{fault}"
+        );
+        std::fs::write(&path, "v 0 0 0\nv 1 0 0\n").unwrap();
+        assert!(
+            read(&path)
+                .unwrap_err()
+                .to_string()
+                .contains("it is no manifest: line 1")
+        );
     }
 }

@@ -21,8 +21,8 @@ use super::names::{
 /// uv.png and preview.png. Ctrl-C stops early and still writes all of them.
 ///
 /// Several inputs, a folder or a pattern are a batch: every file is tried and gets a folder of
-/// its own, and a table and manifest.jsonl say what came of each (see `fam report`). Started again,
-/// it skips what is done.
+/// its own, and a table and manifest.jsonl say what came of each (see `fam report`). Started
+/// again, it skips what is done.
 ///
 /// Exit codes: 0 done, 1 training or writing failed (or any file of a batch), 2 bad input or
 /// usage, 130 interrupted.
@@ -72,8 +72,7 @@ pub struct Unwrap {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub jobs: Option<u16>,
 
-    /// Longest time for a file: `30s`, `2m`. It is given up when the time is over, and nothing of it
-    /// is written
+    /// Longest time for a file: `30s`, `2m`. It is given up when the time is over
     #[arg(long, value_name = "TIME", value_parser = crate::time::duration)]
     pub timeout: Option<std::time::Duration>,
 

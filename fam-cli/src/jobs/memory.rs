@@ -2,15 +2,15 @@
 
 use sysinfo::{MemoryRefreshKind, Pid, ProcessRefreshKind, ProcessesToUpdate, System};
 
-/// Bytes that a worker takes for any file.
-const BASE: u64 = 64 << 20;
+/// Bytes that a worker takes for any file: 123 MiB were measured for a single triangle.
+const BASE: u64 = 128 << 20;
 
 /// Bytes that it takes for each byte of the file. A layout takes about 1,500 bytes per triangle; a
 /// triangle takes about 20 bytes in a binary file and 80 in a text file. So this is a middle, and
 /// workers are stopped where it is too low.
 const PER_BYTE: u64 = 40;
 
-/// Fraction of the memory that is left free.
+/// Fraction of the memory that is left free, for what grows between two looks at it.
 const RESERVE: f64 = 0.05;
 
 /// Bytes that a file of a size is expected to take.

@@ -1,5 +1,5 @@
-//! Many files, several at once, each in a worker process of its own. What one file does to its worker
-//! (no end, no memory, a crash) is nothing to the others.
+//! Many files, several at once, each in a worker process of its own. What one file does to its
+//! worker (no end, no memory, a crash) is nothing to the others.
 
 mod memory;
 mod message;
@@ -24,7 +24,7 @@ use worker::{Said, Worker};
 pub use message::{Message, Outcome};
 pub use worker::STOP;
 
-/// Time between two looks at the clock and at the memory.
+/// Time between two looks at the clock and at the memory: short beside any file, long beside a look.
 const TICK: Duration = Duration::from_millis(100);
 
 /// A file to be worked on.
@@ -63,8 +63,9 @@ pub enum Event {
     },
 }
 
-/// Works on all files, the largest first, so that none is left to run alone at the end. `tell` learns
-/// what happens to each. After `stop`, workers write what is done so far, and no others start.
+/// Works on all files, the largest first, so that none is left to run alone at the end. `tell`
+/// learns what happens to each. After `stop`, workers write what is done so far, and no others
+/// start.
 pub fn run(
     tasks: &[Task],
     limits: &Limits,
@@ -89,9 +90,10 @@ pub fn run(
         gauge: Gauge::new(),
         queue: queue.into(),
         running: Vec::new(),
-        is_stopping: false,
+        stop,
+        was_told: false,
     };
-    pool.work(&receiver, stop)
+    pool.work(&receiver)
 }
 
 /// A file that is not begun.
@@ -128,19 +130,17 @@ struct Pool<'a, F> {
     queue: VecDeque<Waiting>,
     /// The oldest first.
     running: Vec<Running>,
-    is_stopping: bool,
+    stop: &'a AtomicBool,
+    /// Whether the workers were told to stop.
+    was_told: bool,
 }
 
 impl<F: FnMut(usize, Event) -> Result<(), Failure>> Pool<'_, F> {
-    fn work(
-        &mut self,
-        receiver: &Receiver<(usize, Said)>,
-        stop: &AtomicBool,
-    ) -> Result<(), Failure> {
+    fn work(&mut self, receiver: &Receiver<(usize, Said)>) -> Result<(), Failure> {
         let mut looked: Option<Instant> = None;
         loop {
-            if stop.load(Ordering::Relaxed) && !self.is_stopping {
-                self.is_stopping = true;
+            if self.is_stopping() && !self.was_told {
+                self.was_told = true;
                 self.queue.clear();
                 self.running.iter_mut().for_each(|r| r.worker.ask_to_stop());
             }
@@ -161,6 +161,10 @@ impl<F: FnMut(usize, Event) -> Result<(), Failure>> Pool<'_, F> {
                 Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {}
             }
         }
+    }
+
+    fn is_stopping(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
     }
 
     /// Ends workers whose time is over.
@@ -207,8 +211,16 @@ impl<F: FnMut(usize, Event) -> Result<(), Failure>> Pool<'_, F> {
             else {
                 break;
             };
-            shares.push(Share { need, used: 0 });
-            self.start(number, need)?;
+            match self.start(number, need) {
+                Ok(()) => shares.push(Share { need, used: 0 }),
+                // There may be too many files open, or processes.
+                Err(_) if !self.running.is_empty() => {
+                    self.queue.push_front(Waiting { number, need });
+                    break;
+                }
+                Err(failure) => return Err(failure),
+            }
+            (self.tell)(number, Event::Started)?;
         }
         Ok(())
     }
@@ -229,7 +241,7 @@ impl<F: FnMut(usize, Event) -> Result<(), Failure>> Pool<'_, F> {
             started: Instant::now(),
             killed: None,
         });
-        (self.tell)(number, Event::Started)
+        Ok(())
     }
 
     /// Takes in what a worker says. Returns whether it ended.
@@ -271,7 +283,7 @@ impl<F: FnMut(usize, Event) -> Result<(), Failure>> Pool<'_, F> {
                     None if crash.by_system && running.need < u64::MAX => Some(u64::MAX),
                     _ => None,
                 };
-                if let (Some(need), false) = (larger, self.is_stopping) {
+                if let (Some(need), false) = (larger, self.is_stopping()) {
                     self.queue.push_back(Waiting { number, need });
                     return (self.tell)(number, Event::Waits);
                 }
@@ -279,7 +291,7 @@ impl<F: FnMut(usize, Event) -> Result<(), Failure>> Pool<'_, F> {
                     (Some(Killed::Late), Some(limit)) => {
                         Outcome::without(State::TimedOut, not_done(&input, limit))
                     }
-                    _ if self.is_stopping => Outcome::without(State::Interrupted, String::new()),
+                    _ if self.is_stopping() => Outcome::without(State::Interrupted, String::new()),
                     _ => Outcome::without(State::Failed, format!("{input}: {}", crash.message)),
                 }
             }

@@ -15,6 +15,9 @@ const KEPT: usize = 20;
 /// the input ends without it, the process that started it is gone.
 pub const STOP: &str = "stop";
 
+/// The number of the signal that nothing survives, which systems send where memory is short.
+const KILL: i32 = 9;
+
 /// Something that a worker says.
 pub enum Said {
     Message(Message),
@@ -39,6 +42,9 @@ impl Worker {
         number: usize,
         said: Sender<(usize, Said)>,
     ) -> io::Result<Self> {
+        // Ctrl-C at a terminal is for the process that was started there; it tells its workers.
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(&mut command, 0);
         let mut child = command
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
@@ -132,9 +138,11 @@ pub struct Crash {
 
 impl Crash {
     fn of(status: ExitStatus, lines: &VecDeque<String>) -> Self {
-        let by_system = signal(status) == Some(9);
+        let by_system = signal(status) == Some(KILL);
         let mut message = match signal(status) {
-            Some(9) => String::from("the worker was killed, as systems do where memory is short"),
+            Some(KILL) => {
+                String::from("the worker was killed, as systems do where memory is short")
+            }
             Some(signal) => format!("the worker ended by signal {signal}"),
             None => format!("the worker ended by itself: {status}"),
         };

@@ -1,17 +1,17 @@
 //! What the user sees of many files at once.
 
 use std::collections::BTreeMap;
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::{BAR, short};
 
-/// Time between plain lines on all files.
+/// Time between plain lines on all files: a log of hours stays short.
 const BETWEEN_LINES: Duration = Duration::from_secs(30);
 
-/// Widest name before a bar, in characters.
+/// Widest name beside a bar, in characters: half a terminal is left for the rest.
 const NAME: usize = 24;
 
 /// A bar for every file that is worked on, and one for all; plain lines where there is no terminal.
@@ -118,8 +118,8 @@ impl BatchProgress {
     /// A line on standard error, above the bars.
     pub fn say(&self, line: &str) {
         match &self.shown {
-            Shown::Bars { bars, .. } => bars.suspend(|| eprintln!("{line}")),
-            Shown::Silent | Shown::Lines { .. } => eprintln!("{line}"),
+            Shown::Bars { bars, .. } => bars.suspend(|| print(line)),
+            Shown::Silent | Shown::Lines { .. } => print(line),
         }
     }
 
@@ -147,7 +147,7 @@ impl BatchProgress {
         if let Shown::Lines { last } = &mut self.shown
             && last.elapsed() >= BETWEEN_LINES
         {
-            eprintln!("{ended}/{all} files, {running} at work{rest}");
+            print(&format!("{ended}/{all} files, {running} at work{rest}"));
             *last = Instant::now();
         }
     }
@@ -167,6 +167,11 @@ impl BatchProgress {
         }
         line
     }
+}
+
+/// Prints a line. The files go on where nobody reads it any more.
+fn print(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
 }
 
 fn bar(template: &str, length: u64) -> ProgressBar {

@@ -1,62 +1,66 @@
 mod text;
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::io::{self, Write};
 
 use crate::args;
 use crate::failure::{Failure, SUCCESS};
-use crate::manifest::{self, Entry};
+use crate::manifest::{self, Entry, State};
 
 /// Merges manifests and shows what came of all files.
 pub fn report(arguments: &args::Report) -> Result<u8, Failure> {
     let mut paths = Vec::new();
     for path in &arguments.manifests {
-        match path.is_dir() {
-            true => paths.extend(manifests_in(path)?),
-            false => paths.push(path.clone()),
+        if !path.is_dir() {
+            paths.push(path.clone());
+            continue;
         }
+        let found = manifest::in_folder(path)?;
+        if found.is_empty() {
+            let reason = format!("there is no {}", manifest::NAME);
+            return Err(Failure::input(format!("{}: {reason}", path.display())));
+        }
+        paths.extend(found);
     }
     let mut latest: BTreeMap<String, Entry> = BTreeMap::new();
     for path in paths {
-        let (entries, faults) = manifest::read(&path)?;
-        for fault in faults {
+        let (entries, fault) = manifest::read(&path)?;
+        if let Some(fault) = fault {
             eprintln!("warning: {fault}");
         }
         for entry in entries {
-            let before = latest.get(&entry.input);
-            if before.is_none_or(|before| before.finished <= entry.finished) {
+            if latest
+                .get(&entry.input)
+                .is_none_or(|before| counts_more(&entry, before))
+            {
                 latest.insert(entry.input.clone(), entry);
             }
         }
     }
     let entries: Vec<Entry> = latest.into_values().collect();
-    if arguments.json {
-        for entry in &entries {
-            println!("{}", serde_json::to_string(entry).map_err(Failure::work)?);
+    let mut text = String::new();
+    match arguments.json {
+        true => {
+            for entry in &entries {
+                text.push_str(&serde_json::to_string(entry).map_err(Failure::work)?);
+                text.push('\n');
+            }
         }
-    } else {
-        print!("{}", text::Text(&entries));
+        false => text = text::Text(&entries).to_string(),
     }
-    Ok(SUCCESS)
+    match io::stdout().write_all(text.as_bytes()) {
+        // Whoever reads it has read enough.
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(SUCCESS),
+        written => written.map(|()| SUCCESS).map_err(Failure::work),
+    }
 }
 
-/// The manifests in a folder of results.
-fn manifests_in(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
-    let fail =
-        |reason: &dyn std::fmt::Display| Failure::input(format!("{}: {reason}", folder.display()));
-    let mut paths = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(|error| fail(&error))? {
-        let path = entry.map_err(|error| fail(&error))?.path();
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        if name.starts_with("manifest") && name.ends_with(".jsonl") {
-            paths.push(path);
-        }
-    }
-    match paths.is_empty() {
-        true => Err(fail(&"there is no manifest.jsonl")),
-        false => {
-            paths.sort();
-            Ok(paths)
-        }
-    }
+/// Whether an entry of a file replaces another one: the later does, unless it says of the same
+/// result only that it was there.
+fn counts_more(entry: &Entry, before: &Entry) -> bool {
+    let was_there = entry.seconds.is_none()
+        && before.seconds.is_some()
+        && before.state == State::Done
+        && before.hash == entry.hash;
+    entry.finished >= before.finished && !was_there
 }

@@ -38,6 +38,9 @@ impl fmt::Display for Text<'_> {
         let counts = states.map(|state| entries.iter().filter(|e| e.state == state).count());
         let counted = states.iter().zip(counts).filter(|(_, count)| *count > 0);
         let counted: Vec<String> = counted.map(|(s, count)| format!("{count} {s}")).collect();
+        if entries.is_empty() {
+            return writeln!(f, "0 files");
+        }
         let plural = if entries.len() == 1 { "" } else { "s" };
         writeln!(f, "{} file{plural}: {}", entries.len(), counted.join(", "))?;
 
@@ -175,6 +178,6 @@ mod tests {
 
     #[test]
     fn no_files_are_a_report_too() {
-        assert!(Text(&[]).to_string().starts_with("0 files: "));
+        assert!(Text(&[]).to_string().starts_with("0 files\n"));
     }
 }

@@ -1,4 +1,5 @@
 use std::collections::HashMap;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -24,6 +25,18 @@ impl Run {
         again: &Again,
     ) -> Result<u8, Failure> {
         let arguments = &self.arguments;
+        let shared = [&arguments.config, &arguments.seams, &arguments.no_seams];
+        for path in shared.into_iter().flatten() {
+            // Each worker reads it.
+            if !path.is_file() {
+                let reason = "a batch reads it for every file, so it must be a regular file";
+                return Err(Failure::input(format!("{}: {reason}", path.display())));
+            }
+        }
+        if let Some((path, _)) = files.iter().find(|(path, _)| is_standard_input(path)) {
+            let reason = "the standard input can only be unwrapped alone";
+            return Err(Failure::input(format!("{}: {reason}", path.display())));
+        }
         let (files, failed) = match arguments.shard {
             Some(shard) => (shard.of(files), shard.of(failed)),
             None => (files, failed),
@@ -80,7 +93,8 @@ impl Run {
     }
 
     fn limits(&self) -> Limits {
-        let threads = std::thread::available_parallelism().map_or(1, |count| count.get());
+        // As many as RAYON_NUM_THREADS says, or one per core.
+        let threads = rayon::current_num_threads();
         Limits {
             jobs: match self.arguments.jobs {
                 Some(jobs) => usize::from(jobs),
@@ -99,8 +113,8 @@ struct Record<'a> {
     run: &'a Run,
     table: Table,
     manifest: Manifest,
-    /// The hashes of the files that the manifest has as done.
-    known: HashMap<String, Option<String>>,
+    /// The latest entries of files, in all manifests of the folder.
+    known: HashMap<String, Entry>,
 }
 
 impl<'a> Record<'a> {
@@ -111,16 +125,18 @@ impl<'a> Record<'a> {
         }
         let name = match run.arguments.shard {
             Some(shard) => shard.manifest(),
-            None => String::from("manifest.jsonl"),
+            None => String::from(manifest::NAME),
         };
-        let path = root.join(name);
-        let manifest = Manifest::open(&path)?;
+        let manifest = Manifest::open(&root.join(name))?;
+        // Those of other shards and of earlier runs, too.
         let mut known = HashMap::new();
-        for entry in manifest::read(&path)?.0 {
-            match entry.state {
-                State::Done => known.insert(entry.input, entry.hash),
-                _ => known.remove(&entry.input),
-            };
+        for path in manifest::in_folder(root)? {
+            for entry in manifest::read(&path)?.0 {
+                let before: Option<&Entry> = known.get(&entry.input);
+                if before.is_none_or(|before| before.finished <= entry.finished) {
+                    known.insert(entry.input.clone(), entry);
+                }
+            }
         }
         Ok(Self {
             run,
@@ -149,14 +165,14 @@ impl<'a> Record<'a> {
                 _ => print_json(&json!({"state": state, "input": input, "reason": reason}))?,
             }
         }
-        let is_known = self
-            .known
-            .get(&input)
-            .is_some_and(|hash| *hash == outcome.hash);
+        let full = absolute(path);
+        let known = self.known.get(&full);
+        let is_known =
+            known.is_some_and(|entry| entry.state == State::Done && entry.hash == outcome.hash);
         if !(outcome.skipped && is_known) {
             self.manifest.add(&Entry {
-                input,
-                folder: folder.display().to_string(),
+                input: full,
+                folder: absolute(folder),
                 hash: outcome.hash,
                 state: outcome.state,
                 seconds: took.filter(|_| !outcome.skipped).map(|t| t.as_secs_f64()),
@@ -173,7 +189,8 @@ impl<'a> Record<'a> {
     fn end(self) -> Result<u8, Failure> {
         let arguments = &self.run.arguments;
         if !arguments.json && !arguments.quiet {
-            print!("{}", self.table);
+            // Whoever reads it may have read enough.
+            let _ = write!(std::io::stdout(), "{}", self.table);
         }
         if self.run.stop.load(Ordering::Relaxed) {
             return Ok(INTERRUPTED);
@@ -186,4 +203,17 @@ impl<'a> Record<'a> {
             ))),
         }
     }
+}
+
+/// A path that is the same from wherever the program is started.
+fn absolute(path: &Path) -> String {
+    let absolute = std::path::absolute(path);
+    absolute.as_deref().unwrap_or(path).display().to_string()
+}
+
+/// Whether a path is the standard input, which workers have for other things.
+fn is_standard_input(path: &Path) -> bool {
+    ["/dev/stdin", "/dev/fd/0", "/proc/self/fd/0"]
+        .iter()
+        .any(|name| path == Path::new(name))
 }

@@ -25,7 +25,12 @@ pub fn unwrap(arguments: args::Unwrap, again: &Again) -> Result<u8, Failure> {
         let (file, folder) = (file.clone(), folder.clone());
         return Ok(Run::new(arguments)?.work(&file, &folder));
     }
-    match Inputs::collect(&arguments.inputs, arguments.out.as_deref())? {
+    let inputs = Inputs::collect(&arguments.inputs, arguments.out.as_deref())?;
+    let inputs = match arguments.shard {
+        Some(_) => inputs.many(),
+        None => inputs,
+    };
+    match inputs {
         Inputs::Sample => {
             let name = "the built-in sample";
             end_after(arguments.timeout, name.to_owned());

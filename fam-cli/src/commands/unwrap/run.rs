@@ -1,3 +1,4 @@
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -255,8 +256,11 @@ impl Job for Neural<'_, '_> {
 /// Prints JSON on standard output.
 pub fn print_json(value: &serde_json::Value) -> Result<(), Failure> {
     let json = serde_json::to_string_pretty(value).map_err(Failure::work)?;
-    println!("{json}");
-    Ok(())
+    match writeln!(std::io::stdout(), "{json}") {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Failure::work(error)),
+        // Whoever reads it may have read enough.
+        _ => Ok(()),
+    }
 }
 
 /// Tells the user what came of a surface.
