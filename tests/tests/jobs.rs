@@ -201,13 +201,17 @@ mod endless {
         let arguments = ["unwrap", "in", "endless.obj", "-o", "out", "--jobs", "2"];
         let run = fam(
             folder.path(),
-            &[&arguments[..], &["--timeout", "3s"]].concat(),
+            &[&arguments[..], &["--timeout", "20s"]].concat(),
         );
         assert_eq!(run.code, Some(1), "{}", run.stderr);
         let states = states(&folder.path().join("out/manifest.jsonl"));
         assert_eq!(states["endless.obj"], "timed-out");
         assert_eq!(states.values().filter(|state| *state == "done").count(), 3);
-        assert!(run.stdout.contains("not done within 3 s"), "{}", run.stdout);
+        assert!(
+            run.stdout.contains("not done within 20 s"),
+            "{}",
+            run.stdout
+        );
         assert!(!folder.path().join("out/endless.fam").exists());
 
         // Alone, a file has its time as well.
