@@ -22,9 +22,9 @@ pub struct Row {
 impl Row {
     /// The row of a file of which a worker told what came of it.
     pub fn new(path: &Path, outcome: &Outcome, took: Option<Duration>) -> Self {
-        let text = outcome.message.as_str();
-        let name = path.display().to_string();
-        let text = text.strip_prefix(name.as_str()).unwrap_or(text);
+        let text = outcome
+            .message
+            .strip_prefix(&format!("{}: ", path.display()));
         let is_done = outcome.state == State::Done && !outcome.skipped;
         Self {
             label: match outcome.skipped {
@@ -32,9 +32,14 @@ impl Row {
                 false => outcome.state.to_string(),
             },
             took: took.filter(|_| is_done),
-            text: text.trim_start_matches([':', ' ']).to_owned(),
+            text: text.unwrap_or(&outcome.message).to_owned(),
             failed: matches!(outcome.state, State::Failed | State::TimedOut),
         }
+    }
+
+    /// The result in a line, or the reason why there is none, without the name of the file.
+    pub fn text(&self) -> &str {
+        &self.text
     }
 
     /// Whether there is a reason why it has no result.

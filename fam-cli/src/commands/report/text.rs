@@ -85,11 +85,7 @@ impl fmt::Display for Text<'_> {
             writeln!(f, "\nnot done")?;
         }
         for entry in missing {
-            let message = match entry.message.strip_prefix(&entry.input) {
-                Some(rest) => rest.trim_start_matches([':', ' ']),
-                None => &entry.message,
-            };
-            let line = format!("{:>12}  {}  {message}", entry.state, entry.input);
+            let line = format!("{:>12}  {}  {}", entry.state, entry.input, entry.message);
             writeln!(f, "{}", line.trim_end())?;
         }
         Ok(())
@@ -153,8 +149,8 @@ mod tests {
         let entries = [
             entry("a.obj", State::Done, 1.0, "fine"),
             entry("b.obj", State::Done, 3.0, "fine"),
-            entry("c.obj", State::Failed, 0.5, "c.obj: it has no vertices"),
-            entry("d.obj", State::TimedOut, 9.25, "d.obj: not done"),
+            entry("c.obj", State::Failed, 0.5, "it has no vertices"),
+            entry("d.obj", State::TimedOut, 9.25, "not done"),
         ];
         let text = Text(&entries).to_string();
         let lines: Vec<&str> = text.lines().collect();
@@ -169,7 +165,7 @@ mod tests {
         assert_eq!(row("files with flipped triangles"), ["2"]);
         assert_eq!(row("files with overlaps"), ["0"]);
         assert!(text.contains("9.2 s  d.obj"), "{text}");
-        let missing = text.split("not done\n").nth(1).unwrap();
+        let (_, missing) = text.split_once("\nnot done\n").unwrap();
         assert_eq!(
             missing,
             "      failed  c.obj  it has no vertices\n   timed out  d.obj  not done\n"

@@ -176,7 +176,7 @@ impl<'a> Record<'a> {
                 hash: outcome.hash,
                 state: outcome.state,
                 seconds: took.filter(|_| !outcome.skipped).map(|t| t.as_secs_f64()),
-                message: outcome.message,
+                message: row.text().to_owned(),
                 metrics: outcome.summary.map(manifest::metrics),
                 finished: manifest::now(),
             })?;
