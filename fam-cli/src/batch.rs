@@ -110,15 +110,15 @@ mod tests {
         };
         let skipped = Outcome {
             skipped: true,
-            ..Outcome::without(State::Done, "done before".into())
+            ..Outcome::new(State::Done, "done before".into())
         };
         push(2, "c.ply", skipped);
         let headline = "conformality 0.1".to_string();
-        push(0, "a/long.obj", Outcome::without(State::Done, headline));
-        let late = Outcome::without(State::TimedOut, "d: not done within 1 s".into());
+        push(0, "a/long.obj", Outcome::new(State::Done, headline));
+        let late = Outcome::new(State::TimedOut, "d: not done within 1 s".into());
         push(3, "d", late);
         let reason = "b.ply: it has no vertices".to_string();
-        push(1, "b.ply", Outcome::without(State::Failed, reason));
+        push(1, "b.ply", Outcome::new(State::Failed, reason));
         let expected = "\
 a/long.obj  done            75s  conformality 0.1
 b.ply       failed               it has no vertices

@@ -35,7 +35,7 @@ pub fn in_folder(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
 }
 
 /// What came of a file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum State {
     Done,
@@ -135,13 +135,14 @@ impl Manifest {
 }
 
 /// The entries of a manifest, and a sentence about lines that are none. A file that has only such
-/// lines is no manifest.
+/// lines is no manifest, unless there is a single one that was not finished.
 pub fn read(path: &Path) -> Result<(Vec<Entry>, Option<String>), Failure> {
     let name = path.display();
     let bytes = std::fs::read(path).map_err(|error| Failure::input(format!("{name}: {error}")))?;
     let mut entries = Vec::new();
     let mut fault = None;
     let mut faults = 0;
+    let is_unfinished = !bytes.contains(&b'\n');
     for (number, line) in bytes.split(|byte| *byte == b'\n').enumerate() {
         if line.trim_ascii().is_empty() {
             continue;
@@ -155,7 +156,7 @@ pub fn read(path: &Path) -> Result<(Vec<Entry>, Option<String>), Failure> {
         }
     }
     match fault {
-        Some(fault) if entries.is_empty() => Err(Failure::input(format!(
+        Some(fault) if entries.is_empty() && !is_unfinished => Err(Failure::input(format!(
             "{name}: it is no manifest: {fault}"
         ))),
         fault => {
@@ -201,6 +202,8 @@ mod tests {
             fault.contains("1 unreadable lines, the first: line 2"),
             "{fault}"
         );
+        std::fs::write(&path, "{\"input\": \"b").unwrap();
+        assert!(read(&path).unwrap().0.is_empty());
         std::fs::write(&path, "v 0 0 0\nv 1 0 0\n").unwrap();
         assert!(
             read(&path)

@@ -157,4 +157,14 @@ mod tests {
         write_atomically(&new, |_| Ok(())).unwrap();
         assert_eq!(mode(&new), 0o640);
     }
+
+    #[test]
+    fn only_temporary_files_are_left_over() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in [".fam-x1", "kept.obj", ".kept"] {
+            fs::write(folder.path().join(name), "text").unwrap();
+        }
+        remove_leftovers(folder.path()).unwrap();
+        assert_eq!(names(folder.path()), [".kept", "kept.obj"]);
+    }
 }

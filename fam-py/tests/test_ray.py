@@ -278,6 +278,8 @@ def test_options_are_checked_at_once() -> None:
         stage.unwrap(["a.obj"], margin="wide")  # type: ignore[arg-type]
     with pytest.raises(fa.InputError, match="timeout must be above 0"):
         stage.unwrap(["a.obj"], timeout=0.0)
+    with pytest.raises(fa.InputError, match="batch from 1 on"):
+        stage.unwrap(["a.obj"], batch=0)
 
 
 def worker(out: Path | None = None, **given: Any) -> Callable[[Row], Row]:

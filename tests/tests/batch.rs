@@ -5,24 +5,13 @@ mod common;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use common::{brief, fam, refuses, succeeds};
-use fam_io::{Document, Format, WriteOptions, read_surface};
-use fam_surface::{Surface, TriangleMesh, shapes};
+use common::{brief, fam, refuses, succeeds, write_mesh};
+use fam_io::{Format, read_surface};
+use fam_surface::{Surface, shapes};
 use serde_json::Value;
 
 fn json(path: PathBuf) -> Value {
     serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
-}
-
-/// Writes a mesh with made-up UVs in the format of the extension.
-fn write_mesh(path: &Path, mesh: &TriangleMesh) {
-    let flat = mesh.positions().iter().map(|p| [p[0] as f32, p[1] as f32]);
-    let uvs = fam_surface::UvMap::new(flat.collect(), mesh.triangles().to_vec()).unwrap();
-    let document = Document::of_surface(Surface::Mesh(mesh.clone()));
-    fs::create_dir_all(path.parent().unwrap()).unwrap();
-    document
-        .write_mesh_uvs(&uvs, path, &WriteOptions::default())
-        .unwrap();
 }
 
 fn triangles(path: &Path) -> usize {

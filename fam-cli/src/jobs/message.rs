@@ -32,8 +32,8 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// A file without a result, and why.
-    pub fn without(state: State, message: String) -> Self {
+    /// A state and its message, without a hash and a summary.
+    pub fn new(state: State, message: String) -> Self {
         Self {
             state,
             skipped: false,

@@ -289,10 +289,10 @@ impl<F: FnMut(usize, Event) -> Result<(), Failure>> Pool<'_, F> {
                 }
                 match (running.killed, self.limits.timeout) {
                     (Some(Killed::Late), Some(limit)) => {
-                        Outcome::without(State::TimedOut, not_done(&input, limit))
+                        Outcome::new(State::TimedOut, not_done(&input, limit))
                     }
-                    _ if self.is_stopping() => Outcome::without(State::Interrupted, String::new()),
-                    _ => Outcome::without(State::Failed, format!("{input}: {}", crash.message)),
+                    _ if self.is_stopping() => Outcome::new(State::Interrupted, String::new()),
+                    _ => Outcome::new(State::Failed, format!("{input}: {}", crash.message)),
                 }
             }
         };

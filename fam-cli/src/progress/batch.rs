@@ -19,7 +19,8 @@ pub struct BatchProgress {
     shown: Shown,
     started: Instant,
     sizes: Vec<u64>,
-    /// Bytes of the files that ended.
+    /// Bytes of all files, and of those that ended.
+    total: u64,
     over: u64,
     ended: usize,
     failed: usize,
@@ -56,11 +57,13 @@ impl BatchProgress {
                 last: Instant::now(),
             }
         };
+        // A file without any still takes its time.
+        let sizes: Vec<u64> = sizes.into_iter().map(|size| size.max(1)).collect();
         Self {
             shown,
             started: Instant::now(),
-            // A file without any still takes its time.
-            sizes: sizes.into_iter().map(|size| size.max(1)).collect(),
+            total: sizes.iter().sum(),
+            sizes,
             over: 0,
             ended: 0,
             failed: 0,
@@ -160,9 +163,8 @@ impl BatchProgress {
         }
         let elapsed = self.started.elapsed();
         line.push_str(&format!("  {}", short(elapsed)));
-        let total: u64 = self.sizes.iter().sum();
-        if self.over > 0 && self.over < total {
-            let left = elapsed.mul_f64((total - self.over) as f64 / self.over as f64);
+        if self.over > 0 && self.over < self.total {
+            let left = elapsed.mul_f64((self.total - self.over) as f64 / self.over as f64);
             line.push_str(&format!(", about {} left", short(left)));
         }
         line

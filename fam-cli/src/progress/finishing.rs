@@ -2,7 +2,7 @@ use std::time::{Duration, Instant};
 
 use fam_layout::{Progress, Stage};
 
-use super::{BAR, Display, Kind, send, short};
+use super::{BAR, Display, ProgressMode, send, short};
 
 /// Time between plain lines of one stage.
 const BETWEEN_LINES: Duration = Duration::from_secs(2);
@@ -25,7 +25,7 @@ pub struct FinishingProgress {
 }
 
 impl FinishingProgress {
-    pub fn new(kind: Kind) -> Self {
+    pub fn new(kind: ProgressMode) -> Self {
         Self {
             display: Display::new(kind, "{bar:24} {msg}"),
             started: Instant::now(),

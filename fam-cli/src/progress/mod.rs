@@ -28,7 +28,7 @@ const BETWEEN_MESSAGES: Duration = Duration::from_millis(200);
 
 /// Shows how far a surface is, and stops when the user interrupts.
 pub struct UnwrapProgress<'a> {
-    kind: Kind,
+    kind: ProgressMode,
     stop: &'a AtomicBool,
     training: Option<TrainingProgress>,
     layout: Option<FinishingProgress>,
@@ -36,7 +36,7 @@ pub struct UnwrapProgress<'a> {
 
 impl<'a> UnwrapProgress<'a> {
     /// Progress until `stop` is set.
-    pub fn new(kind: Kind, stop: &'a AtomicBool) -> Self {
+    pub fn new(kind: ProgressMode, stop: &'a AtomicBool) -> Self {
         Self {
             kind,
             stop,
@@ -84,7 +84,7 @@ impl<'a> UnwrapProgress<'a> {
 
 /// How progress is told.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Kind {
+pub enum ProgressMode {
     Silent,
     /// To the user, on standard error.
     Terminal,
@@ -92,7 +92,7 @@ pub enum Kind {
     Messages,
 }
 
-impl Kind {
+impl ProgressMode {
     /// What a user gets who may have asked for quiet.
     pub fn of_user(quiet: bool) -> Self {
         match quiet {
@@ -112,10 +112,10 @@ enum Display {
 
 impl Display {
     /// A bar has the form of `template`.
-    fn new(kind: Kind, template: &str) -> Self {
-        if kind == Kind::Silent {
+    fn new(kind: ProgressMode, template: &str) -> Self {
+        if kind == ProgressMode::Silent {
             Self::Silent
-        } else if kind == Kind::Messages {
+        } else if kind == ProgressMode::Messages {
             Self::Messages { last: None }
         } else if std::io::stderr().is_terminal() {
             let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));

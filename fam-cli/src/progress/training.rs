@@ -3,7 +3,7 @@ use std::time::Instant;
 use fam_core::atlas;
 use fam_core::losses::LossTerm;
 
-use super::{Display, Kind, send, short};
+use super::{Display, ProgressMode, send, short};
 
 /// Plain lines printed over one training, when the output is no terminal.
 const PLAIN_LINES: usize = 20;
@@ -21,7 +21,7 @@ pub struct TrainingProgress {
 
 impl TrainingProgress {
     /// Progress of components of so many steps each.
-    pub fn new(kind: Kind, steps: usize) -> Self {
+    pub fn new(kind: ProgressMode, steps: usize) -> Self {
         let template = "{bar:24} {pos}/{len}  {msg}  {eta} left";
         Self {
             display: Display::new(kind, template),

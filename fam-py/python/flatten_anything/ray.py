@@ -95,8 +95,8 @@ def unwrap(
     Raises `TypeError` or `InputError` for options that make no sense.
 
     """
-    if not timeout > 0 or retries < 0:
-        raise InputError("timeout must be above 0, and retries must not be negative")
+    if not timeout > 0 or retries < 0 or batch < 1:
+        raise InputError("timeout must be above 0, retries from 0 on, and batch from 1 on")
     # Ray starts a killed worker again and repeats the block that it had, so a block is a batch.
     if isinstance(assets, ray.data.Dataset):
         batches = assets.repartition(target_num_rows_per_block=batch)

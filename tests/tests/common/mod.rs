@@ -6,6 +6,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 
+use fam_io::{Document, WriteOptions};
+use fam_surface::{Surface, TriangleMesh, UvMap};
+
 /// The binary, built once, in the profile of the tests.
 pub static FAM: LazyLock<PathBuf> = LazyLock::new(|| {
     let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("../Cargo.toml");
@@ -85,4 +88,15 @@ pub fn brief<'a>(arguments: &[&'a str]) -> Vec<&'a str> {
         .chain(&BRIEF)
         .copied()
         .collect()
+}
+
+/// Writes a mesh with made-up UVs in the format of the extension.
+pub fn write_mesh(path: &Path, mesh: &TriangleMesh) {
+    let flat = mesh.positions().iter().map(|p| [p[0] as f32, p[1] as f32]);
+    let uvs = UvMap::new(flat.collect(), mesh.triangles().to_vec()).unwrap();
+    let document = Document::of_surface(Surface::Mesh(mesh.clone()));
+    std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+    document
+        .write_mesh_uvs(&uvs, path, &WriteOptions::default())
+        .unwrap();
 }

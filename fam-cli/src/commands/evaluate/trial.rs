@@ -16,7 +16,7 @@ use crate::backend::{Backend, Job};
 use crate::failure::Failure;
 use crate::marks::Marked;
 use crate::parting::parting;
-use crate::progress::{Kind, UnwrapProgress};
+use crate::progress::{ProgressMode, UnwrapProgress};
 
 /// The distortion bound of the last row.
 const TIGHT_BOUND: f64 = 4.03;
@@ -69,7 +69,7 @@ impl Trial<'_> {
 
     fn train(&self, surface: &Surface, parting: &Parting) -> Result<Raw, Failure> {
         let started = Instant::now();
-        let mut progress = UnwrapProgress::new(Kind::of_user(self.quiet), self.stop);
+        let mut progress = UnwrapProgress::new(ProgressMode::of_user(self.quiet), self.stop);
         let trained = self.backend.run(Train {
             config: self.config,
             surface,
@@ -132,7 +132,7 @@ impl Trial<'_> {
             ("direct".to_string(), &default, None),
             (format!("bound {TIGHT_BOUND}"), &tight, guided),
         ] {
-            let mut progress = UnwrapProgress::new(Kind::of_user(self.quiet), self.stop);
+            let mut progress = UnwrapProgress::new(ProgressMode::of_user(self.quiet), self.stop);
             let started = Instant::now();
             let input = MeshInput {
                 components,

@@ -64,3 +64,35 @@ fn counts_more(entry: &Entry, before: &Entry) -> bool {
         && before.hash == entry.hash;
     entry.finished >= before.finished && !was_there
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_latest_entry_counts_unless_it_only_says_that_the_result_was_there() {
+        let entry = |state, seconds, hash: &str, finished| Entry {
+            input: String::from("a.obj"),
+            folder: String::from("a.fam"),
+            hash: Some(hash.to_owned()),
+            state,
+            seconds,
+            message: String::new(),
+            metrics: None,
+            finished,
+        };
+        let done = entry(State::Done, Some(2.0), "1", 5.0);
+        assert!(!counts_more(&entry(State::Done, None, "1", 6.0), &done));
+        assert!(counts_more(&entry(State::Done, None, "2", 6.0), &done));
+        assert!(counts_more(
+            &entry(State::Failed, Some(1.0), "1", 6.0),
+            &done
+        ));
+        assert!(!counts_more(
+            &entry(State::Failed, Some(1.0), "1", 4.0),
+            &done
+        ));
+        let failed = entry(State::Failed, Some(1.0), "1", 5.0);
+        assert!(counts_more(&entry(State::Done, None, "1", 6.0), &failed));
+    }
+}

@@ -52,7 +52,8 @@ impl Run {
         for (path, reason) in failed {
             let message = format!("{}: {reason}", path.display());
             eprintln!("fam: {message}");
-            let outcome = Outcome::without(State::Failed, message);
+            let outcome = Outcome::new(State::Failed, message);
+            // Before all files.
             record.add(0, &path, Path::new(""), None, outcome)?;
         }
         let sizes = tasks.iter().map(|task| task.size).collect();
@@ -127,11 +128,17 @@ impl<'a> Record<'a> {
             Some(shard) => shard.manifest(),
             None => String::from(manifest::NAME),
         };
-        let manifest = Manifest::open(&root.join(name))?;
+        let own = root.join(name);
         // Those of other shards and of earlier runs, too.
         let mut known = HashMap::new();
         for path in manifest::in_folder(root)? {
-            for entry in manifest::read(&path)?.0 {
+            let entries = match manifest::read(&path) {
+                Ok((entries, _)) => entries,
+                // Nothing is added to a file of somebody else.
+                Err(failure) if path.file_name() == own.file_name() => return Err(failure),
+                Err(_) => continue,
+            };
+            for entry in entries {
                 let before: Option<&Entry> = known.get(&entry.input);
                 if before.is_none_or(|before| before.finished <= entry.finished) {
                     known.insert(entry.input.clone(), entry);
@@ -141,7 +148,7 @@ impl<'a> Record<'a> {
         Ok(Self {
             run,
             table: Table::default(),
-            manifest,
+            manifest: Manifest::open(&own)?,
             known,
         })
     }

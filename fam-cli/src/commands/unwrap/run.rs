@@ -22,7 +22,7 @@ use crate::interrupt::{INTERRUPTED, stop_on_interrupt};
 use crate::marks::MarkFiles;
 use crate::output::{Output, Results};
 use crate::parting::parting;
-use crate::progress::{Kind, UnwrapProgress, short};
+use crate::progress::{ProgressMode, UnwrapProgress, short};
 
 /// What all files of a run have in common.
 pub struct Run {
@@ -121,7 +121,7 @@ impl Run {
         output
             .prepare(document, path)
             .map_err(|failure| failure.of(input))?;
-        if self.display() == Kind::Terminal {
+        if self.display() == ProgressMode::Terminal {
             let how = match &backend {
                 Some(backend) => format!("training on {backend}"),
                 None => String::from("direct layout"),
@@ -193,7 +193,7 @@ impl Run {
         let summary = serde_json::to_value(&summary).map_err(Failure::work)?;
         if arguments.json && arguments.worker.is_none() {
             print_json(&summary)?;
-        } else if self.display() == Kind::Terminal {
+        } else if self.display() == ProgressMode::Terminal {
             say(&unwrapped, &report, folder);
         }
         Ok(Done {
@@ -204,10 +204,10 @@ impl Run {
         })
     }
 
-    fn display(&self) -> Kind {
+    fn display(&self) -> ProgressMode {
         match &self.arguments.worker {
-            Some(_) => Kind::Messages,
-            None => Kind::of_user(self.arguments.quiet),
+            Some(_) => ProgressMode::Messages,
+            None => ProgressMode::of_user(self.arguments.quiet),
         }
     }
 

@@ -64,7 +64,7 @@ impl Run {
             return Ok(Outcome {
                 skipped: true,
                 summary: Some(report),
-                ..Outcome::without(State::Done, String::from("done before"))
+                ..Outcome::new(State::Done, String::from("done before"))
             });
         }
         let done = self.one(document, &input, Some(path), &output, fingerprint)?;
@@ -75,13 +75,13 @@ impl Run {
         };
         Ok(Outcome {
             summary: Some(done.summary),
-            ..Outcome::without(state, message)
+            ..Outcome::new(state, message)
         })
     }
 }
 
 fn failed(failure: Failure) -> Outcome {
-    Outcome::without(State::Failed, failure.to_string())
+    Outcome::new(State::Failed, failure.to_string())
 }
 
 /// Stops when the process that started this one says so, and ends when it is gone.
