@@ -4,54 +4,19 @@ use std::ffi::OsString;
 use std::path::Path;
 use std::process::Command;
 
-/// The command line of this program, to be started again with the same options.
-pub struct Again {
-    /// The program and what comes before its arguments.
-    program: Vec<OsString>,
-    /// The command `unwrap` and all that follows it.
-    arguments: Vec<OsString>,
-}
+/// How this program is started: the path of an executable, and arguments before all others.
+pub struct Again(pub Vec<OsString>);
 
 impl Again {
-    /// `program` starts this program; `arguments` are those of this run, of which the first is its
-    /// name.
-    pub fn new(program: Vec<OsString>, arguments: &[OsString]) -> Self {
-        Self {
-            program,
-            arguments: arguments.get(1..).unwrap_or_default().to_vec(),
-        }
-    }
-
-    /// The command that unwraps `file` into `folder` on so many threads, or none where the program
-    /// cannot be started again.
+    /// The command of a worker that unwraps `file` into `folder` on so many threads, or none where
+    /// the program cannot be started again. A worker reads its options from its standard input: the
+    /// command line of a batch may name more files than that of a process can hold.
     pub fn worker(&self, file: &Path, folder: &Path, threads: usize) -> Option<Command> {
-        let (program, before) = self.program.split_first()?;
-        let (command, options) = self.arguments.split_first()?;
+        let (program, before) = self.0.split_first()?;
         let mut worker = Command::new(program);
-        worker.args(before).arg(command);
-        // Before the options, which may end with `--` and names of files.
-        worker.arg("--worker").arg(file).arg(folder).args(options);
+        worker.args(before).args(["unwrap", "--worker"]);
+        worker.arg(file).arg(folder);
         worker.env("RAYON_NUM_THREADS", threads.to_string());
         Some(worker)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_worker_has_the_options_of_the_run() {
-        let words = |text: &str| -> Vec<OsString> { text.split(' ').map(OsString::from).collect() };
-        let again = Again::new(
-            words("python -m flatten_anything"),
-            &words("fam unwrap --checker -- a.obj"),
-        );
-        let worker = again.worker(Path::new("-x.obj"), Path::new("out/x"), 2);
-        let worker = worker.unwrap();
-        let given: Vec<&str> = worker.get_args().map(|a| a.to_str().unwrap()).collect();
-        let expected = "-m flatten_anything unwrap --worker -x.obj out/x --checker -- a.obj";
-        assert_eq!(given.join(" "), expected);
-        assert_eq!(worker.get_program(), "python");
     }
 }

@@ -7,6 +7,7 @@ use std::time::Duration;
 use crate::jobs::Outcome;
 use crate::manifest::State;
 use crate::progress::short;
+use crate::terminal::plain;
 
 /// What came of one file.
 #[derive(Debug)]
@@ -51,7 +52,7 @@ impl Row {
 impl fmt::Display for Row {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let took = self.took.map(short).unwrap_or_default();
-        let line = format!("{:11}  {took:>6}  {}", self.label, self.text);
+        let line = format!("{:11}  {took:>6}  {}", self.label, plain(&self.text));
         f.write_str(line.trim_end())
     }
 }
@@ -85,7 +86,7 @@ impl fmt::Display for Table {
         let names = self
             .rows
             .iter()
-            .map(|(_, path, _)| path.display().to_string());
+            .map(|(_, path, _)| plain(&path.display().to_string()).into_owned());
         let names: Vec<String> = names.collect();
         let width = names.iter().map(|name| name.chars().count()).max();
         let width = width.unwrap_or(0);

@@ -1,5 +1,6 @@
 //! Which files a command line of files, folders and patterns stands for.
 
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -49,7 +50,7 @@ impl Inputs {
         }
         if !found.files.is_empty() {
             return Ok(Self::Batch {
-                files: with_folders(found.files),
+                files: with_folders(once(found.files)),
                 failed: found.failed,
             });
         }
@@ -69,7 +70,7 @@ impl Inputs {
     pub fn many(self) -> Self {
         match self {
             Self::One(path) => Self::Batch {
-                files: with_folders(BTreeSet::from([(path, PathBuf::new())])),
+                files: with_folders(vec![(path, PathBuf::new())]),
                 failed: Vec::new(),
             },
             other => other,
@@ -150,8 +151,39 @@ fn is_same(path: &Path, other: Option<&Path>) -> bool {
     other.is_some_and(|other| path.canonicalize().is_ok_and(|path| path == other))
 }
 
+/// Each file once, however often and in whatever spelling it is named; one that was found in a folder
+/// keeps its place there.
+fn once(found: BTreeSet<(PathBuf, PathBuf)>) -> Vec<(PathBuf, PathBuf)> {
+    let depth = |below: &Path| below.components().count();
+    let mut files: BTreeMap<PathBuf, (PathBuf, PathBuf)> = BTreeMap::new();
+    for (path, below) in found {
+        match files.entry(location(&path)) {
+            Entry::Vacant(place) => {
+                place.insert((path, below));
+            }
+            Entry::Occupied(mut known) if depth(&below) > depth(&known.get().1) => {
+                known.insert((path, below));
+            }
+            Entry::Occupied(_) => {}
+        }
+    }
+    files.into_values().collect()
+}
+
+/// The same for all spellings of a path. A file that is a link is not the file that it links to.
+fn location(path: &Path) -> PathBuf {
+    let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let folder = absolute
+        .parent()
+        .and_then(|folder| folder.canonicalize().ok());
+    match (folder, absolute.file_name()) {
+        (Some(folder), Some(name)) => folder.join(name),
+        _ => absolute,
+    }
+}
+
 /// The folder of each file: its stem with `.fam`; its whole name with `.fam` where stems meet.
-fn with_folders(found: BTreeSet<(PathBuf, PathBuf)>) -> Vec<(PathBuf, PathBuf)> {
+fn with_folders(found: Vec<(PathBuf, PathBuf)>) -> Vec<(PathBuf, PathBuf)> {
     let stem = |path: &Path| {
         path.file_stem()
             .unwrap_or_default()
@@ -196,6 +228,22 @@ mod tests {
             .into_iter()
             .map(|(_, folder)| folder.display().to_string())
             .collect()
+    }
+
+    #[test]
+    fn a_file_counts_once() {
+        let here = std::env::current_dir().unwrap().join("src/x.obj");
+        let found = [
+            ("./src/x.obj", "src"),
+            ("src/x.obj", ""),
+            ("src/../y.obj", ""),
+            ("y.obj", ""),
+            (here.to_str().unwrap(), ""),
+        ];
+        let found = found.map(|(path, below)| (PathBuf::from(path), PathBuf::from(below)));
+        let files = once(found.clone().into());
+        assert_eq!(files.len(), 2, "{files:?}");
+        assert!(files.contains(&found[0]));
     }
 
     #[test]

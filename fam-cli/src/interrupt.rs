@@ -9,6 +9,9 @@ use crate::failure::Failure;
 /// Exit code after Ctrl-C: 128 and the number of the signal, as shells count.
 pub const INTERRUPTED: u8 = 130;
 
+/// What the user is told after the first Ctrl-C.
+pub const STOPPING: &str = "stopping: what is done so far gets written; Ctrl-C again ends at once";
+
 /// A flag that Ctrl-C sets, with a word to the user unless `quiet`; a second Ctrl-C ends the
 /// program at once.
 pub fn stop_on_interrupt(quiet: bool) -> Result<Arc<AtomicBool>, Failure> {
@@ -25,9 +28,7 @@ pub fn stop_on_interrupt(quiet: bool) -> Result<Arc<AtomicBool>, Failure> {
             } else {
                 ""
             };
-            eprintln!(
-                "{open}stopping: what is done so far gets written; Ctrl-C again ends at once"
-            );
+            eprintln!("{open}{STOPPING}");
         }
     })
     .map_err(Failure::work)?;

@@ -17,6 +17,7 @@ mod output;
 mod parting;
 mod progress;
 mod shard;
+mod terminal;
 mod time;
 mod timeout;
 
@@ -31,16 +32,16 @@ pub use failure::Failure;
 use again::Again;
 use args::{Arguments, Command};
 use failure::USAGE;
+use terminal::print_line;
 
 /// Runs the program with arguments, of which the first is its name. `program` starts it again, as
-/// a process for each file of many: the path of an executable, and arguments before all others. Returns the exit code: 0 done, 1
-/// the work failed, 2 bad input or usage, 130 interrupted.
+/// a process for each file of many: the path of an executable, and arguments before all others.
+/// Returns the exit code: 0 done, 1 the work failed, 2 bad input or usage, 130 interrupted.
 ///
 /// Ctrl-C is the program's from then on, and the threads of `rayon` are set up: it is for a process
 /// that does nothing else.
 pub fn run(program: Vec<OsString>, arguments: impl IntoIterator<Item = OsString>) -> u8 {
-    let arguments: Vec<OsString> = arguments.into_iter().collect();
-    let again = Again::new(program, &arguments);
+    let again = Again(program);
     let arguments = match Arguments::try_parse_from(arguments) {
         Ok(arguments) => arguments,
         Err(error) => {
@@ -60,7 +61,7 @@ pub fn run(program: Vec<OsString>, arguments: impl IntoIterator<Item = OsString>
         Some(Command::Backends) => commands::backends(),
     });
     result.unwrap_or_else(|failure| {
-        eprintln!("fam: {failure}");
+        print_line(&format!("fam: {failure}"));
         failure.exit_code()
     })
 }

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use crate::terminal::print_line;
+
 /// Ends the program with exit code 1 and one line once the time is over, if there is a limit.
 pub fn end_after(limit: Option<Duration>, input: String) {
     let Some(limit) = limit else {
@@ -9,7 +11,7 @@ pub fn end_after(limit: Option<Duration>, input: String) {
     };
     std::thread::spawn(move || {
         std::thread::sleep(limit);
-        eprintln!("fam: {}", not_done(&input, limit));
+        print_line(&format!("fam: {}", not_done(&input, limit)));
         std::process::exit(1);
     });
 }

@@ -5,6 +5,7 @@ import contextlib
 import hashlib
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -263,7 +264,7 @@ def test_every_asset_becomes_one_row(cluster: None, tmp_path: Path) -> None:
 def test_contents_become_rows(cluster: None, tmp_path: Path) -> None:
     paths = write_assets(tmp_path, 7)
     dataset = ray.data.read_binary_files(paths, include_paths=True)
-    rows = rows_of(stage.unwrap(dataset, concurrency=1, **OPTIONS))
+    rows = rows_of(stage.unwrap(dataset, concurrency=1, memory=10**9, **OPTIONS))
     assert sorted(rows) == sorted(paths)
     for path in paths:
         assert rows[path]["message"] == "" and rows[path]["file"] == ""
@@ -280,13 +281,17 @@ def test_options_are_checked_at_once() -> None:
         stage.unwrap(["a.obj"], timeout=0.0)
     with pytest.raises(fa.InputError, match="batch from 1 on"):
         stage.unwrap(["a.obj"], batch=0)
+    with pytest.raises(fa.InputError, match="memory must be at least"):
+        stage.unwrap(["a.obj"], memory=1_000_000)
+    with pytest.raises(TypeError):
+        stage.unwrap(["a.obj"], memory=1e9)  # type: ignore[arg-type]
 
 
 def worker(out: Path | None = None, **given: Any) -> Callable[[Row], Row]:
     """A worker of the stage in this process."""
     options = fa._options.complete({**OPTIONS, **given.pop("options", {})})
     store = None if out is None else stage.Store(str(out))
-    settings = {"timeout": TIMEOUT, "retries": 2, "threads": 1, **given}
+    settings = {"timeout": TIMEOUT, "retries": 2, "threads": 1, "memory": None, **given}
     return stage._Worker(store=store, options=options, **settings)
 
 
@@ -302,6 +307,17 @@ def test_only_what_dies_is_tried_again(tmp_path: Path) -> None:
     row = worker(timeout=2.0)({"path": str(pipe)})
     assert row["state"] == "timed-out" and 2 <= row["seconds"] <= time.monotonic() - started < 4
     assert row["message"] == "not done within 2 s"
+
+
+def test_a_huge_asset_fails_alone(tmp_path: Path) -> None:
+    large, small = tmp_path / "large.obj", tmp_path / "small.obj"
+    for path, cells in ((large, 500), (small, 20)):
+        path.write_text(obj(*shapes.torus(cells, cells)))
+    run = worker(retries=5, memory=stage._LEAST_MEMORY)
+    row = run({"path": str(large)})
+    assert row["state"] == "failed", row
+    assert re.search("^[Mm]emory.*; tried 2 times$", row["message"]), row["message"]
+    assert run({"path": str(small)})["state"] == "done"
 
 
 def test_results_are_kept_by_content(tmp_path: Path) -> None:

@@ -129,7 +129,7 @@ fn shards_have_all_files_and_a_report_merges_them() {
     }
     refuses(
         folder.path(),
-        &["unwrap", "in", "--config", "/dev/null"],
+        &["unwrap", "in/a0*", "--seams", "/dev/null"],
         &["/dev/null", "regular file"],
     );
     refuses(
@@ -142,6 +142,59 @@ fn shards_have_all_files_and_a_report_merges_them() {
         &["report", "in"],
         &["in", "no manifest.jsonl"],
     );
+}
+
+/// Options reach the processes of all files, and files are told apart whatever their names are.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_batch_has_the_options_and_names_of_its_command_line() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+
+    let folder = tempfile::tempdir().unwrap();
+    let names: [&[u8]; 4] = [
+        b"a.obj",
+        b"line\nand\x1b[31mcolour.obj",
+        b"\xfe.obj",
+        b"\xff.obj",
+    ];
+    for name in names {
+        let path = folder.path().join("in").join(OsStr::from_bytes(name));
+        write_mesh(&path, &shapes::torus(1.0, 0.4, 12, 8));
+    }
+    fs::write(folder.path().join("margin.toml"), "finish.margin = 3.1\n").unwrap();
+    let options = "--config margin.toml --resolution 512 --format ply --per-material --quiet";
+    let options: Vec<&str> = options.split(' ').collect();
+    let inputs = ["unwrap", "in", "./in/a.obj", "-o", "out"];
+    let run = fam(folder.path(), &[&inputs[..], &options[..]].concat());
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let single = ["unwrap", "in/a.obj", "-o", "single"];
+    succeeds(folder.path(), &[&single[..], &options[..]].concat());
+    for name in ["a.ply", "config.toml"] {
+        let read = |out: &str| fs::read(folder.path().join(out).join(name)).unwrap();
+        assert!(read("out/a.fam") == read("single"), "{name}");
+    }
+
+    let manifest = entries(&folder.path().join("out/manifest.jsonl"));
+    let mut inputs: Vec<&str> = manifest
+        .iter()
+        .filter_map(|e| e["input"].as_str())
+        .collect();
+    inputs.sort_unstable();
+    inputs.dedup();
+    assert_eq!((manifest.len(), inputs.len()), (4, 4), "{inputs:?}");
+
+    fs::remove_dir_all(folder.path().join("out")).unwrap();
+    fs::write(folder.path().join("in/line\nfeed.obj"), "v 0 0\n").unwrap();
+    let run = fam(folder.path(), &["unwrap", "in", "-o", "out"]);
+    assert_eq!(run.stdout.lines().count(), 5, "{}", run.stdout);
+    let report = succeeds(folder.path(), &["report", "out"]).stdout;
+    for text in [&run.stdout, &run.stderr, &report] {
+        assert!(
+            !text.contains('\u{1b}') && text.contains("line\\nfeed.obj"),
+            "{text}"
+        );
+    }
 }
 
 /// What a process does that has no end: it waits at a pipe that nobody writes to.
@@ -251,6 +304,22 @@ mod endless {
     }
 
     #[test]
+    fn a_file_that_takes_too_long_is_known_by_its_content() {
+        let folder = tempfile::tempdir().unwrap();
+        write_some(&folder.path().join("in"), 1);
+        let path = folder.path().join("in/a0.obj");
+        let mesh = fs::read_to_string(&path).unwrap();
+        fs::write(&path, format!("mtllib endless.mtl\n{mesh}")).unwrap();
+        pipe(&folder.path().join("in"), "endless.mtl");
+        let arguments = ["unwrap", "in", "-o", "out", "--timeout", "20s"];
+        assert_eq!(fam(folder.path(), &arguments).code, Some(1));
+        let entry = &entries(&folder.path().join("out/manifest.jsonl"))[0];
+        assert_eq!(entry["state"], "timed-out");
+        assert_eq!(entry["hash"].as_str().unwrap().len(), 64);
+        assert!(!folder.path().join("out/a0.fam").exists());
+    }
+
+    #[test]
     fn a_worker_that_is_killed_is_tried_again_and_then_named() {
         let folder = tempfile::tempdir().unwrap();
         write_some(&folder.path().join("in"), 3);
@@ -300,6 +369,11 @@ mod endless {
         parent.wait().unwrap();
         let runs = |worker: &String| Path::new("/proc").join(worker).join("exe").exists();
         wait_until(|| !left.iter().any(runs));
+        for entry in fs::read_dir(folder.path().join("out")).unwrap() {
+            let path = entry.unwrap().path();
+            let is_whole = path.is_file() || path.join("metrics.json").exists();
+            assert!(is_whole, "{}", path.display());
+        }
         fs::remove_file(&path).unwrap();
         write_mesh(&path, &shapes::torus(1.0, 0.4, 12, 8));
         succeeds(folder.path(), &arguments);
@@ -332,5 +406,11 @@ mod endless {
             BTreeMap::from([("large.ply".into(), "interrupted".into())])
         );
         assert!(large.join("metrics.json").exists());
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(
+            said.matches("Ctrl-C again ends at once").count(),
+            1,
+            "{said}"
+        );
     }
 }

@@ -8,8 +8,9 @@ use fam_core::sampling::Sampling;
 use fam_core::training::Ablation;
 use fam_io::Format;
 use fam_surface::seams::SeamRule;
+use serde::{Deserialize, Serialize};
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 pub enum Preset {
     Fast,
     Paper,
@@ -20,7 +21,7 @@ pub enum Preset {
     missing_docs,
     reason = "comments would be shown as the help of the values"
 )]
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 pub enum BackendName {
     Auto,
     Flex,
@@ -38,7 +39,7 @@ pub fn name_of(value: impl ValueEnum) -> String {
 /// Command-line names for a type of the library.
 macro_rules! names {
     ($name:ident for $of:ident { $($variant:ident),+ }) => {
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
         pub enum $name { $($variant),+ }
 
         impl From<$name> for $of {

@@ -1,6 +1,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use serde::{Deserialize, Serialize};
 
 use crate::shard::Shard;
 
@@ -26,16 +27,20 @@ use super::names::{
 ///
 /// Exit codes: 0 done, 1 training or writing failed (or any file of a batch), 2 bad input or
 /// usage, 130 interrupted.
-#[derive(Debug, Args)]
+// Workers of a batch get these as JSON. The inputs, what only the batch needs and `config`, which is
+// resolved, are left out.
+#[derive(Debug, Args, Serialize, Deserialize)]
 pub struct Unwrap {
     /// Meshes and point clouds to flatten, folders of them, or patterns such as 'scans/*.ply';
     /// the built-in sample if left out
     #[arg(value_name = "INPUT")]
+    #[serde(skip)]
     pub inputs: Vec<PathBuf>,
 
     /// Folder for the results; for a batch, the folder that their folders are in [default: the
     /// current folder, and in it INPUT's stem with .fam]
     #[arg(short, long, value_name = "DIR")]
+    #[serde(skip)]
     pub out: Option<PathBuf>,
 
     /// Format of the mesh or cloud with UVs [default: that of the input; OBJ for STL]
@@ -70,10 +75,12 @@ pub struct Unwrap {
     /// Batch: files at the same time, each in a process of its own, as far as memory allows
     /// [default: one per processor core; 1 where networks are trained for every file]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[serde(skip)]
     pub jobs: Option<u16>,
 
     /// Longest time for a file: `30s`, `2m`. It is given up when the time is over
     #[arg(long, value_name = "TIME", value_parser = crate::time::duration)]
+    #[serde(skip)]
     pub timeout: Option<std::time::Duration>,
 
     /// Batch: only every N-th file, beginning with the K-th; together the shards 1/N to N/N have all
@@ -81,10 +88,12 @@ pub struct Unwrap {
     /// For machines that see the same files, each with a shard of its own. `slurm` is the shard of
     /// the task in a Slurm array.
     #[arg(long, value_name = "K/N")]
+    #[serde(skip)]
     pub shard: Option<Shard>,
 
     /// A file of a batch and the folder for its results: this process is a worker of another one
     #[arg(long, hide = true, num_args = 2, allow_hyphen_values = true)]
+    #[serde(skip)]
     pub worker: Option<Vec<PathBuf>>,
 
     /// How UVs are made: `direct` lays a mesh out as it is, in seconds; `neural` trains the networks
@@ -104,6 +113,7 @@ pub struct Unwrap {
 
     /// TOML file that overrides the preset; a config.toml of an earlier run serves
     #[arg(long, value_name = "FILE.toml")]
+    #[serde(skip)]
     pub config: Option<PathBuf>,
 
     /// What computes: `auto` takes a real GPU if there is one, else the CPU

@@ -13,6 +13,7 @@ use crate::backend::{Backend, Job};
 use crate::failure::{Failure, SUCCESS};
 use crate::interrupt::{INTERRUPTED, stop_on_interrupt};
 use crate::parting::parting;
+use crate::terminal::print_line;
 
 /// UVs of a file's points from a trained model.
 pub fn map(arguments: &args::Map) -> Result<u8, Failure> {
@@ -29,7 +30,10 @@ pub fn map(arguments: &args::Map) -> Result<u8, Failure> {
     };
     let warn = |warnings: &[Warning]| {
         for warning in warnings {
-            eprintln!("warning: {}: {warning}", arguments.input.display());
+            print_line(&format!(
+                "warning: {}: {warning}",
+                arguments.input.display()
+            ));
         }
     };
     if let Some(cloud) = stream {

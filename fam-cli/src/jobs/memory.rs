@@ -49,6 +49,14 @@ impl Memory {
         self.available < self.reserve()
     }
 
+    /// The memory under a limit, of which so many bytes are used.
+    fn within(self, limit: u64, used: u64) -> Self {
+        Self {
+            total: self.total.min(limit),
+            available: self.available.min(limit.saturating_sub(used)),
+        }
+    }
+
     fn reserve(&self) -> u64 {
         (self.total as f64 * RESERVE) as u64
     }
@@ -57,31 +65,36 @@ impl Memory {
 /// Looks at the memory.
 pub struct Gauge {
     system: System,
+    /// Bytes that all workers together may take, where a job has a limit.
+    limit: Option<u64>,
 }
 
 impl Gauge {
     pub fn new() -> Self {
         Self {
             system: System::new(),
+            limit: slurm_limit(|name| std::env::var(name).ok()),
         }
     }
 
-    /// The memory now. Pages that only hold files count as available.
-    pub fn memory(&mut self) -> Memory {
+    /// The memory now, of which this process and its workers use so many bytes. Pages that only hold files count as
+    /// available.
+    pub fn memory(&mut self, used: u64) -> Memory {
         let ram = MemoryRefreshKind::nothing().with_ram();
         self.system.refresh_memory_specifics(ram);
         let machine = Memory {
             total: self.system.total_memory(),
             available: self.system.available_memory(),
         };
-        match self.system.cgroup_limits() {
-            Some(limits) if limits.total_memory < machine.total => Memory {
-                total: limits.total_memory,
-                available: machine
-                    .available
-                    .min(limits.total_memory.saturating_sub(limits.rss)),
-            },
+        let machine = match self.system.cgroup_limits() {
+            Some(limits) if limits.total_memory < machine.total => {
+                machine.within(limits.total_memory, limits.rss)
+            }
             _ => machine,
+        };
+        match self.limit {
+            Some(limit) => machine.within(limit, used),
+            None => machine,
         }
     }
 
@@ -96,6 +109,16 @@ impl Gauge {
         let used = |pid: &Pid| self.system.process(*pid).map_or(0, |p| p.memory());
         pids.iter().map(used).collect()
     }
+}
+
+/// Bytes that Slurm gives to a job on this node, from the variables that it sets. Its limit need not
+/// be where containers have theirs.
+fn slurm_limit(variable: impl Fn(&str) -> Option<String>) -> Option<u64> {
+    let number = |name: &str| variable(name)?.parse::<u64>().ok();
+    let per_cpu = || number("SLURM_MEM_PER_CPU")?.checked_mul(number("SLURM_CPUS_ON_NODE")?);
+    let mebibytes = number("SLURM_MEM_PER_NODE").or_else(per_cpu)?;
+    // 0 stands for the whole node.
+    (mebibytes > 0).then(|| mebibytes.saturating_mul(1 << 20))
 }
 
 #[cfg(test)]
@@ -129,6 +152,28 @@ mod tests {
     }
 
     #[test]
+    fn the_limit_of_a_slurm_job_is_seen() {
+        let limit = |variables: &[(&str, &str)]| {
+            slurm_limit(|name| {
+                let found = variables.iter().find(|(known, _)| *known == name);
+                found.map(|(_, value)| (*value).to_owned())
+            })
+        };
+        assert_eq!(limit(&[]), None);
+        assert_eq!(limit(&[("SLURM_MEM_PER_NODE", "2048")]), Some(2 * GIB));
+        assert_eq!(limit(&[("SLURM_MEM_PER_NODE", "0")]), None);
+        let per_cpu = [("SLURM_MEM_PER_CPU", "512"), ("SLURM_CPUS_ON_NODE", "4")];
+        assert_eq!(limit(&per_cpu), Some(2 * GIB));
+        let node = Memory {
+            total: 100 * GIB,
+            available: 50 * GIB,
+        };
+        let job = node.within(2 * GIB, GIB);
+        assert!(!job.has_room(GIB, &[]) && job.has_room(GIB / 2, &[]));
+        assert!(node.within(2 * GIB, 2 * GIB).is_short());
+    }
+
+    #[test]
     fn memory_is_short_below_the_reserve() {
         let memory = |available| Memory {
             total: 100 * GIB,
@@ -141,7 +186,7 @@ mod tests {
     #[test]
     fn the_gauge_sees_this_process() {
         let mut gauge = Gauge::new();
-        let memory = gauge.memory();
+        let memory = gauge.memory(0);
         assert!(
             memory.total > 0 && memory.available <= memory.total,
             "{memory:?}"

@@ -13,6 +13,8 @@ use crate::manifest::State;
 pub enum Message {
     /// How far it is, from 0 to 1, and what the user reads of it.
     Progress { fraction: f64, line: String },
+    /// SHA-256 of the file; later with the files that it refers to.
+    Hash(String),
     /// The last one.
     Ended(Outcome),
 }
@@ -23,8 +25,6 @@ pub struct Outcome {
     pub state: State,
     /// Whether it was done before.
     pub skipped: bool,
-    /// SHA-256 of the input, where it could be read.
-    pub hash: Option<String>,
     /// The result in a line, or the reason why there is none.
     pub message: String,
     /// What `--json` prints of it.
@@ -32,12 +32,11 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// A state and its message, without a hash and a summary.
+    /// A state and its message, without a summary.
     pub fn new(state: State, message: String) -> Self {
         Self {
             state,
             skipped: false,
-            hash: None,
             message,
             summary: None,
         }
@@ -45,7 +44,8 @@ impl Outcome {
 }
 
 impl Message {
-    /// Sends it. A worker whose reader is gone has no use and ends.
+    /// Sends it. Where the reader is gone, the worker's standard input ends, too, and the worker with it;
+    /// until then it waits.
     pub fn send(&self) {
         let sent = serde_json::to_vec(self)
             .map_err(std::io::Error::other)
@@ -56,7 +56,9 @@ impl Message {
                 out.flush()
             });
         if sent.is_err() {
-            std::process::exit(1);
+            loop {
+                std::thread::park();
+            }
         }
     }
 }

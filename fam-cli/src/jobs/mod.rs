@@ -36,9 +36,13 @@ pub struct Task {
     pub size: u64,
 }
 
-/// What workers may take.
-pub struct Limits {
-    /// Workers at the same time.
+/// How workers are started, and what they may take.
+pub struct WorkerSettings<'a> {
+    /// Starts this program again.
+    pub again: &'a Again,
+    /// A line with the options of all.
+    pub options: String,
+    /// WorkerSettings at the same time.
     pub jobs: usize,
     /// Threads of all of them together.
     pub threads: usize,
@@ -46,8 +50,16 @@ pub struct Limits {
     pub timeout: Option<Duration>,
 }
 
-/// What happens to the file of a number.
+/// What happens.
 pub enum Event {
+    /// The workers were told to stop.
+    Stopping,
+    /// To the file of a number.
+    File(usize, FileEvent),
+}
+
+/// What happens to a file.
+pub enum FileEvent {
     Started,
     Progress {
         fraction: f64,
@@ -58,20 +70,20 @@ pub enum Event {
     /// It was stopped and waits for memory.
     Waits,
     Ended {
+        /// SHA-256 of the file, if it could be read.
+        hash: Option<String>,
         outcome: Outcome,
         took: Duration,
     },
 }
 
 /// Works on all files, the largest first, so that none is left to run alone at the end. `tell`
-/// learns what happens to each. After `stop`, workers write what is done so far, and no others
-/// start.
+/// learns what happens. After `stop`, workers write what is done so far, and no others start.
 pub fn run(
     tasks: &[Task],
-    limits: &Limits,
-    again: &Again,
+    settings: &WorkerSettings,
     stop: &AtomicBool,
-    tell: impl FnMut(usize, Event) -> Result<(), Failure>,
+    tell: impl FnMut(Event) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     let (sender, receiver) = channel();
     let mut queue: Vec<Waiting> = (0..tasks.len())
@@ -83,8 +95,7 @@ pub fn run(
     queue.sort_by_key(|waiting| Reverse(tasks[waiting.number].size));
     let mut pool = Pool {
         tasks,
-        limits,
-        again,
+        settings,
         tell,
         sender,
         gauge: Gauge::new(),
@@ -121,8 +132,7 @@ enum Killed {
 
 struct Pool<'a, F> {
     tasks: &'a [Task],
-    limits: &'a Limits,
-    again: &'a Again,
+    settings: &'a WorkerSettings<'a>,
     tell: F,
     sender: Sender<(usize, Said)>,
     gauge: Gauge,
@@ -135,7 +145,7 @@ struct Pool<'a, F> {
     was_told: bool,
 }
 
-impl<F: FnMut(usize, Event) -> Result<(), Failure>> Pool<'_, F> {
+impl<F: FnMut(Event) -> Result<(), Failure>> Pool<'_, F> {
     fn work(&mut self, receiver: &Receiver<(usize, Said)>) -> Result<(), Failure> {
         let mut looked: Option<Instant> = None;
         loop {
@@ -143,6 +153,7 @@ impl<F: FnMut(usize, Event) -> Result<(), Failure>> Pool<'_, F> {
                 self.was_told = true;
                 self.queue.clear();
                 self.running.iter_mut().for_each(|r| r.worker.ask_to_stop());
+                (self.tell)(Event::Stopping)?;
             }
             if looked.is_none_or(|at| at.elapsed() >= TICK) {
                 self.end_late();
@@ -169,7 +180,7 @@ impl<F: FnMut(usize, Event) -> Result<(), Failure>> Pool<'_, F> {
 
     /// Ends workers whose time is over.
     fn end_late(&mut self) {
-        let Some(limit) = self.limits.timeout else {
+        let Some(limit) = self.settings.timeout else {
             return;
         };
         for running in &mut self.running {
@@ -185,9 +196,10 @@ impl<F: FnMut(usize, Event) -> Result<(), Failure>> Pool<'_, F> {
         if self.running.is_empty() && self.queue.is_empty() {
             return Ok(());
         }
-        let memory = self.gauge.memory();
         let ids: Vec<u32> = self.running.iter().map(|r| r.worker.id()).collect();
         let used = self.gauge.used(&ids);
+        let own: u64 = self.gauge.used(&[std::process::id()]).iter().sum();
+        let memory = self.gauge.memory(own + used.iter().sum::<u64>());
         if memory.is_short() && self.running.len() > 1 {
             let is_ending = self.running.iter().any(|running| running.killed.is_some());
             if let (Some(youngest), Some(used), false) =
@@ -203,7 +215,7 @@ impl<F: FnMut(usize, Event) -> Result<(), Failure>> Pool<'_, F> {
             used: *used,
         };
         let mut shares: Vec<Share> = self.running.iter().zip(&used).map(share).collect();
-        while self.running.len() < self.limits.jobs {
+        while self.running.len() < self.settings.jobs {
             let fits =
                 |waiting: &Waiting| shares.is_empty() || memory.has_room(waiting.need, &shares);
             let next = self.queue.iter().position(fits);
@@ -220,7 +232,7 @@ impl<F: FnMut(usize, Event) -> Result<(), Failure>> Pool<'_, F> {
                 }
                 Err(failure) => return Err(failure),
             }
-            (self.tell)(number, Event::Started)?;
+            self.tell(number, FileEvent::Started)?;
         }
         Ok(())
     }
@@ -228,11 +240,14 @@ impl<F: FnMut(usize, Event) -> Result<(), Failure>> Pool<'_, F> {
     fn start(&mut self, number: usize, need: u64) -> Result<(), Failure> {
         let task = &self.tasks[number];
         let unfinished = self.queue.len() + self.running.len() + 1;
-        let threads = (self.limits.threads / self.limits.jobs.min(unfinished)).max(1);
-        let command = self.again.worker(&task.file, &task.folder, threads);
+        let threads = (self.settings.threads / self.settings.jobs.min(unfinished)).max(1);
+        let command = self
+            .settings
+            .again
+            .worker(&task.file, &task.folder, threads);
         let command =
             command.ok_or_else(|| Failure::work("this program cannot be started again"))?;
-        let worker = Worker::start(command, number, self.sender.clone())
+        let worker = Worker::start(command, &self.settings.options, number, self.sender.clone())
             .map_err(|error| Failure::work(format!("cannot start a worker: {error}")))?;
         self.running.push(Running {
             number,
@@ -251,12 +266,13 @@ impl<F: FnMut(usize, Event) -> Result<(), Failure>> Pool<'_, F> {
         };
         match said {
             Said::Message(Message::Progress { fraction, line }) => {
-                (self.tell)(number, Event::Progress { fraction, line })?;
+                self.tell(number, FileEvent::Progress { fraction, line })?;
             }
+            Said::Message(Message::Hash(hash)) => self.running[at].worker.keep_hash(hash),
             Said::Message(Message::Ended(outcome)) => self.running[at].worker.keep_outcome(outcome),
             Said::Line(line) => {
                 self.running[at].worker.keep(line.clone());
-                (self.tell)(number, Event::Line(line))?;
+                self.tell(number, FileEvent::Line(line))?;
             }
             Said::Closed => {
                 let running = self.running.remove(at);
@@ -273,6 +289,7 @@ impl<F: FnMut(usize, Event) -> Result<(), Failure>> Pool<'_, F> {
         let task = &self.tasks[number];
         let took = running.started.elapsed();
         let input = task.file.display().to_string();
+        let hash = running.worker.hash().map(str::to_owned);
         let outcome = match running.worker.end() {
             Ok(outcome) => outcome,
             Err(crash) => {
@@ -285,9 +302,9 @@ impl<F: FnMut(usize, Event) -> Result<(), Failure>> Pool<'_, F> {
                 };
                 if let (Some(need), false) = (larger, self.is_stopping()) {
                     self.queue.push_back(Waiting { number, need });
-                    return (self.tell)(number, Event::Waits);
+                    return self.tell(number, FileEvent::Waits);
                 }
-                match (running.killed, self.limits.timeout) {
+                match (running.killed, self.settings.timeout) {
                     (Some(Killed::Late), Some(limit)) => {
                         Outcome::new(State::TimedOut, not_done(&input, limit))
                     }
@@ -296,6 +313,15 @@ impl<F: FnMut(usize, Event) -> Result<(), Failure>> Pool<'_, F> {
                 }
             }
         };
-        (self.tell)(number, Event::Ended { outcome, took })
+        let ended = FileEvent::Ended {
+            hash,
+            outcome,
+            took,
+        };
+        self.tell(number, ended)
+    }
+
+    fn tell(&mut self, number: usize, event: FileEvent) -> Result<(), Failure> {
+        (self.tell)(Event::File(number, event))
     }
 }

@@ -30,15 +30,17 @@ pub enum Said {
 /// A running worker. It is killed where this is dropped.
 pub struct Worker {
     child: Child,
-    orders: Option<ChildStdin>,
+    stdin: Option<ChildStdin>,
+    hash: Option<String>,
     outcome: Option<Outcome>,
     lines: VecDeque<String>,
 }
 
 impl Worker {
-    /// Starts a worker. What it says goes into `said`, with its number.
+    /// Starts a worker with the line of its options. What it says goes into `said`, with its number.
     pub fn start(
         mut command: Command,
+        options: &str,
         number: usize,
         said: Sender<(usize, Said)>,
     ) -> io::Result<Self> {
@@ -68,9 +70,15 @@ impl Worker {
             let _ = lines.join();
             let _ = said.send((number, Said::Closed));
         });
+        let mut stdin = child.stdin.take();
+        if let Some(stdin) = &mut stdin {
+            // If the worker is gone, its exit status says why.
+            let _ = writeln!(stdin, "{options}").and_then(|()| stdin.flush());
+        }
         Ok(Self {
-            orders: child.stdin.take(),
+            stdin,
             child,
+            hash: None,
             outcome: None,
             lines: VecDeque::new(),
         })
@@ -88,6 +96,16 @@ impl Worker {
         self.lines.push_back(line);
     }
 
+    /// Keeps the hash of the file.
+    pub fn keep_hash(&mut self, hash: String) {
+        self.hash = Some(hash);
+    }
+
+    /// The hash of the file, if the worker came so far.
+    pub fn hash(&self) -> Option<&str> {
+        self.hash.as_deref()
+    }
+
     /// Keeps what came of the file.
     pub fn keep_outcome(&mut self, outcome: Outcome) {
         self.outcome = Some(outcome);
@@ -95,9 +113,9 @@ impl Worker {
 
     /// Asks it to stop and to write what is done so far.
     pub fn ask_to_stop(&mut self) {
-        if let Some(orders) = &mut self.orders {
+        if let Some(stdin) = &mut self.stdin {
             // One that is gone needs no order.
-            let _ = writeln!(orders, "{STOP}").and_then(|()| orders.flush());
+            let _ = writeln!(stdin, "{STOP}").and_then(|()| stdin.flush());
         }
     }
 
@@ -182,7 +200,7 @@ mod tests {
         let mut command = Command::new("sh");
         command.args(["-c", script]);
         let (sender, receiver) = channel();
-        let mut worker = Worker::start(command, 0, sender).unwrap();
+        let mut worker = Worker::start(command, "options", 0, sender).unwrap();
         for (_, said) in receiver {
             match said {
                 Said::Line(line) => worker.keep(line),
@@ -190,6 +208,12 @@ mod tests {
             }
         }
         worker.end().unwrap_err()
+    }
+
+    #[test]
+    fn a_worker_reads_its_options_first() {
+        let crash = crash_of("read options; echo \"has $options\" >&2; exit 1");
+        assert!(crash.message.ends_with(": has options"), "{crash:?}");
     }
 
     #[test]
@@ -215,7 +239,7 @@ mod tests {
         let mut command = Command::new("sleep");
         command.arg("1000");
         let (sender, receiver) = channel();
-        let worker = Worker::start(command, 7, sender).unwrap();
+        let worker = Worker::start(command, "", 7, sender).unwrap();
         drop(worker);
         let (number, said) = receiver.recv().unwrap();
         assert!(number == 7 && matches!(said, Said::Closed));

@@ -1,12 +1,13 @@
 //! What the user sees of many files at once.
 
 use std::collections::BTreeMap;
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::{BAR, short};
+use crate::terminal::{plain, print_line};
 
 /// Time between plain lines on all files: a log of hours stays short.
 const BETWEEN_LINES: Duration = Duration::from_secs(30);
@@ -76,7 +77,7 @@ impl BatchProgress {
         self.running += 1;
         if let Shown::Bars { bars, all, each } = &mut self.shown {
             let bar = bars.insert_before(all, bar("{bar:24} {prefix}  {msg}", BAR));
-            bar.set_prefix(end_of(name));
+            bar.set_prefix(end_of(&plain(name)));
             each.insert(number, bar);
         }
     }
@@ -121,8 +122,8 @@ impl BatchProgress {
     /// A line on standard error, above the bars.
     pub fn say(&self, line: &str) {
         match &self.shown {
-            Shown::Bars { bars, .. } => bars.suspend(|| print(line)),
-            Shown::Silent | Shown::Lines { .. } => print(line),
+            Shown::Bars { bars, .. } => bars.suspend(|| print_line(line)),
+            Shown::Silent | Shown::Lines { .. } => print_line(line),
         }
     }
 
@@ -150,7 +151,7 @@ impl BatchProgress {
         if let Shown::Lines { last } = &mut self.shown
             && last.elapsed() >= BETWEEN_LINES
         {
-            print(&format!("{ended}/{all} files, {running} at work{rest}"));
+            print_line(&format!("{ended}/{all} files, {running} at work{rest}"));
             *last = Instant::now();
         }
     }
@@ -169,11 +170,6 @@ impl BatchProgress {
         }
         line
     }
-}
-
-/// Prints a line. The files go on where nobody reads it any more.
-fn print(line: &str) {
-    let _ = writeln!(std::io::stderr(), "{line}");
 }
 
 fn bar(template: &str, length: u64) -> ProgressBar {

@@ -28,6 +28,9 @@ _LENGTH = struct.Struct("<Q")
 #: Lines of the child's standard error that are kept: a crash says why in its last few.
 _KEPT_LINES = 20
 
+#: What the allocator of a child with a limit reserves at once.
+_ARENA = "64MiB"
+
 #: Seconds from the end of the child's output to its exit code: the system needs milliseconds.
 _ENDING = 5.0
 
@@ -48,16 +51,23 @@ class Died(Failure):
     """The process ended before the call did."""
 
 
+class OutOfMemory(Died):
+    """The process could not get the memory that the call needed."""
+
+
 class Child:
     """A process that runs functions, started anew whenever a call needs one.
 
     Arguments:
     - `threads`: how many threads computations take; by default as many as there are cores.
+    - `memory`: bytes of data that it may hold; a call that needs more fails. Only Linux enforces
+      it.
 
     """
 
-    def __init__(self, threads: int | None = None) -> None:
+    def __init__(self, threads: int | None = None, memory: int | None = None) -> None:
         self._threads = threads
+        self._memory = memory
         self._process: subprocess.Popen[bytes] | None = None
         self._said: deque[str] = deque(maxlen=_KEPT_LINES)
         self._listener: threading.Thread | None = None
@@ -66,8 +76,8 @@ class Child:
         """Return what the function returns in the child.
 
         The function must be one that a module has by its name. The seconds of `timeout` count from
-        now, so they include the child's start. Raises `Raised`, `TimedOut` or `Died`; after the
-        last two the next call starts another child.
+        now, so they include the child's start. Raises `Raised`, `TimedOut`, `Died` or
+        `OutOfMemory`; after the last three the next call starts another child.
         """
         request = pickle.dumps((function, args))
         process = self._running()
@@ -93,12 +103,16 @@ class Child:
             timer.cancel()
             timer.join()
         if answer is None:
-            reason = self._reason(process)
+            died = self._death(process)
             self.close()
-            raise TimedOut(f"not done within {timeout:g} s") if expired.is_set() else Died(reason)
+            raise TimedOut(f"not done within {timeout:g} s") if expired.is_set() else died
         if expired.is_set():
             self.close()
         succeeded, result = pickle.loads(answer)
+        if not succeeded and result.startswith("MemoryError"):
+            # What it holds still counts against its limit.
+            self.close()
+            raise OutOfMemory(result)
         if not succeeded:
             raise Raised(result)
         return result
@@ -121,9 +135,14 @@ class Child:
             environment = dict(os.environ)
             if self._threads is not None:
                 environment["RAYON_NUM_THREADS"] = str(self._threads)
+                # Each of numpy's threads takes memory, too.
+                environment["OPENBLAS_NUM_THREADS"] = str(self._threads)
+            if self._memory is not None:
+                # It reserves 1 GiB otherwise, which counts though it is not in use.
+                environment["MIMALLOC_ARENA_RESERVE"] = _ARENA
             # -P: a folder of the package's name in the working directory is not the package.
             self._process = subprocess.Popen(
-                [sys.executable, "-P", "-m", __name__],
+                [sys.executable, "-P", "-m", __name__, str(self._memory or 0)],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.PIPE,
@@ -141,14 +160,18 @@ class Child:
             for line in lines:
                 self._said.append(line.decode(errors="replace").strip())
 
-    def _reason(self, process: subprocess.Popen[bytes]) -> str:
-        """Return how the process ended, and the last line that it said."""
+    def _death(self, process: subprocess.Popen[bytes]) -> Died:
+        """Return how the process ended, and the line that says why: as a rule the last one."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(_ENDING)
         if self._listener is not None:
             self._listener.join(_ENDING)
         said = [line for line in self._said if line]
-        return ": ".join([_ending(process.returncode), *said[-1:]])
+        # Later lines do not give the cause.
+        cause = [line for line in said if line.startswith("memory allocation of")]
+        if cause:
+            return OutOfMemory(cause[-1])
+        return Died(": ".join([_ending(process.returncode), *said[-1:]]))
 
 
 def line_of(error: BaseException) -> str:
@@ -201,8 +224,20 @@ def _answer(request: bytes) -> bytes:
         return pickle.dumps((False, line_of(error)))
 
 
+def _limit_memory(limit: int) -> None:
+    """Let this process hold at most so many bytes of data, if that is above 0."""
+    if limit > 0:
+        with contextlib.suppress(ImportError):
+            import resource
+
+            _, hard = resource.getrlimit(resource.RLIMIT_DATA)
+            most = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
+            resource.setrlimit(resource.RLIMIT_DATA, (most, hard))
+
+
 def main() -> None:
     """Answer the owner's requests until it closes the standard input."""
+    _limit_memory(int(sys.argv[1]))
     requests, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     # Nothing that libraries read or print gets between the messages.
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)

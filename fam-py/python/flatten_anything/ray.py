@@ -13,6 +13,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import operator
 import os
 import re
 import tempfile
@@ -25,7 +26,7 @@ import numpy as np
 
 from ._assets import hash_of, unwrap_file
 from ._errors import InputError
-from ._isolated import Child, Died, TimedOut, line_of
+from ._isolated import Child, Died, OutOfMemory, TimedOut, line_of
 from ._native import __version__
 from ._options import Options, complete
 
@@ -43,6 +44,9 @@ __all__ = ["unwrap"]
 #: The end of a name by which readers and writers tell the format.
 _SUFFIX = re.compile(r"\.\w+$", re.ASCII)
 
+#: Bytes that the process takes for any asset.
+_LEAST_MEMORY = 300_000_000
+
 
 def unwrap(
     assets: ray.data.Dataset | Sequence[str | os.PathLike[str]],
@@ -54,6 +58,7 @@ def unwrap(
     batch: int = 1,
     num_cpus: float = 1,
     num_gpus: float = 0,
+    memory: int | None = None,
     **options: Unpack[Options],
 ) -> ray.data.Dataset:
     """Return a dataset with one row for every asset, in any order.
@@ -72,10 +77,14 @@ def unwrap(
       unwrapped. Failures are not kept, so the next run tries them again.
     - `concurrency`: how many workers there are, or the least and the most; by default as many as
       the cluster has room for.
-    - `batch`: how many assets a worker takes at once. Ray needs some 20 ms each time, for one
+    - `batch`: how many assets a worker takes at once. Ray needs some 10 ms each time, for one
       worker after the other: take more where all workers together end assets faster than that. A
       worker that is killed does its whole batch again, but for results that are in `out`.
     - `num_cpus`, `num_gpus`: those of a worker. It uses as many threads as it has CPUs.
+    - `memory`: bytes that the process of a worker's asset may hold. Ray starts no more workers on a
+      machine than have room there, and an asset that needs more fails and harms no other. A mesh
+      takes some 1,500 bytes per triangle, and the process 300 MB in any case; the worker itself
+      takes as much beside it. Only Linux enforces it.
     - `options`: those of `Options`.
 
     Columns:
@@ -97,6 +106,10 @@ def unwrap(
     """
     if not timeout > 0 or retries < 0 or batch < 1:
         raise InputError("timeout must be above 0, retries from 0 on, and batch from 1 on")
+    if memory is not None:
+        memory = operator.index(memory)
+        if memory < _LEAST_MEMORY:
+            raise InputError(f"memory must be at least {_LEAST_MEMORY:,} bytes")
     # Ray starts a killed worker again and repeats the block that it had, so a block is a batch.
     if isinstance(assets, ray.data.Dataset):
         batches = assets.repartition(target_num_rows_per_block=batch)
@@ -115,6 +128,7 @@ def unwrap(
             "retries": retries,
             "store": None if out is None else Store(os.fspath(out)),
             "threads": max(1, int(num_cpus)),
+            "memory": memory,
             "options": complete(options),
         },
         # An asset may take minutes: none waits for one while another worker is idle.
@@ -123,6 +137,7 @@ def unwrap(
         ),
         num_cpus=num_cpus,
         num_gpus=num_gpus,
+        memory=memory,
     )
 
 
@@ -130,13 +145,19 @@ class _Worker:
     """Unwraps asset after asset in a child that only crashes and timeouts end."""
 
     def __init__(
-        self, timeout: float, retries: int, store: Store | None, threads: int, options: Options
+        self,
+        timeout: float,
+        retries: int,
+        store: Store | None,
+        threads: int,
+        memory: int | None,
+        options: Options,
     ) -> None:
         self._timeout = timeout
         self._retries = retries
         self._store = store
         self._options = options
-        self._child = Child(threads)
+        self._child = Child(threads, memory)
 
     def __call__(self, asset: dict[str, Any]) -> dict[str, Any]:
         """Return the row of an asset."""
@@ -202,6 +223,9 @@ class _Worker:
                 return self._child.call(function, *args, timeout=left)
             except Died as error:
                 died = Died(f"{error}; tried {tries} times" if tries > 1 else str(error))
+                # A new process has all of its memory for this asset.
+                if tries > 1 and isinstance(error, OutOfMemory):
+                    break
         raise died
 
 

@@ -14,6 +14,7 @@ use crate::failure::{Failure, SUCCESS};
 use crate::inputs::Inputs;
 use crate::interrupt::{INTERRUPTED, stop_on_interrupt};
 use crate::machine;
+use crate::terminal::{plain, print_line};
 use reference::Reference;
 use table::{Outcome, Row, Table};
 use trial::{Source, Trial};
@@ -32,14 +33,14 @@ pub fn evaluate(arguments: &args::Evaluate) -> Result<u8, Failure> {
     let mut table = Table::new(circumstances(arguments, &config, &backend), reference);
     for (path, reason) in failed {
         let name = path.display().to_string();
-        eprintln!("fam: {name}: {reason}");
+        print_line(&format!("fam: {name}: {reason}"));
         table.push(name, Outcome::failed(reason));
     }
     let count = files.len();
     for (number, (path, folder)) in files.into_iter().enumerate() {
         let name = folder.with_extension("").display().to_string();
         if !arguments.quiet {
-            eprintln!("[{}/{count}] {name}", number + 1);
+            print_line(&format!("[{}/{count}] {name}", number + 1));
         }
         let trial = Trial {
             config: &config.training,
@@ -56,7 +57,7 @@ pub fn evaluate(arguments: &args::Evaluate) -> Result<u8, Failure> {
             break;
         }
         let outcome = outcome.unwrap_or_else(|failure| {
-            eprintln!("fam: {failure}");
+            print_line(&format!("fam: {failure}"));
             Outcome::failed(failure.to_string())
         });
         table.push(name, outcome);
@@ -139,7 +140,9 @@ fn print(arguments: &args::Evaluate, table: &Table) -> Result<(), Failure> {
         let json = serde_json::to_string_pretty(table).map_err(Failure::work)?;
         println!("{json}");
     } else if arguments.out.is_none() {
-        print!("{table}");
+        for line in table.to_string().lines() {
+            println!("{}", plain(line));
+        }
     }
     Ok(())
 }

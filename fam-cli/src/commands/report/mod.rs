@@ -6,6 +6,7 @@ use std::io::{self, Write};
 use crate::args;
 use crate::failure::{Failure, SUCCESS};
 use crate::manifest::{self, Entry, State};
+use crate::terminal::print_line;
 
 /// Merges manifests and shows what came of all files.
 pub fn report(arguments: &args::Report) -> Result<u8, Failure> {
@@ -26,7 +27,7 @@ pub fn report(arguments: &args::Report) -> Result<u8, Failure> {
     for path in paths {
         let (entries, fault) = manifest::read(&path)?;
         if let Some(fault) = fault {
-            eprintln!("warning: {fault}");
+            print_line(&format!("warning: {fault}"));
         }
         for entry in entries {
             if latest

@@ -3,6 +3,7 @@ use std::fmt;
 use serde_json::Value;
 
 use crate::manifest::{Entry, State};
+use crate::terminal::plain;
 
 /// How many of the slowest files are named.
 const SLOWEST: usize = 5;
@@ -75,7 +76,7 @@ impl fmt::Display for Text<'_> {
             writeln!(f, "\nslowest")?;
         }
         for (seconds, entry) in slowest.iter().take(SLOWEST) {
-            writeln!(f, "{seconds:>10.1} s  {}", entry.input)?;
+            writeln!(f, "{seconds:>10.1} s  {}", plain(&entry.input))?;
         }
         let mut missing = entries
             .iter()
@@ -86,7 +87,7 @@ impl fmt::Display for Text<'_> {
         }
         for entry in missing {
             let line = format!("{:>12}  {}  {}", entry.state, entry.input, entry.message);
-            writeln!(f, "{}", line.trim_end())?;
+            writeln!(f, "{}", plain(line.trim_end()))?;
         }
         Ok(())
     }

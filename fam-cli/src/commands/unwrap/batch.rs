@@ -11,10 +11,11 @@ use super::run::{Run, print_json};
 use crate::again::Again;
 use crate::batch::{Row, Table};
 use crate::failure::{Failure, SUCCESS};
-use crate::interrupt::INTERRUPTED;
-use crate::jobs::{self, Event, Limits, Outcome, Task};
+use crate::interrupt::{INTERRUPTED, STOPPING};
+use crate::jobs::{self, Event, FileEvent, Outcome, Task, WorkerSettings};
 use crate::manifest::{self, Entry, Manifest, State};
 use crate::progress::BatchProgress;
+use crate::terminal::print_line;
 
 impl Run {
     /// Flattens files, each with a folder of its own, and says what came of each.
@@ -25,11 +26,11 @@ impl Run {
         again: &Again,
     ) -> Result<u8, Failure> {
         let arguments = &self.arguments;
-        let shared = [&arguments.config, &arguments.seams, &arguments.no_seams];
-        for path in shared.into_iter().flatten() {
-            // Each worker reads it.
+        let marks = [&arguments.seams, &arguments.no_seams];
+        for path in marks.into_iter().flatten() {
+            // The worker reads it again.
             if !path.is_file() {
-                let reason = "a batch reads it for every file, so it must be a regular file";
+                let reason = "a batch reads it twice, so it must be a regular file";
                 return Err(Failure::input(format!("{}: {reason}", path.display())));
             }
         }
@@ -48,55 +49,62 @@ impl Run {
             file,
         };
         let tasks: Vec<Task> = files.into_iter().map(task).collect();
+        let settings = self.worker_settings(again)?;
         let mut record = Record::new(self, &root)?;
         for (path, reason) in failed {
             let message = format!("{}: {reason}", path.display());
-            eprintln!("fam: {message}");
+            print_line(&format!("fam: {message}"));
             let outcome = Outcome::new(State::Failed, message);
             // Before all files.
-            record.add(0, &path, Path::new(""), None, outcome)?;
+            record.add(0, &path, Path::new(""), None, None, outcome)?;
         }
         let sizes = tasks.iter().map(|task| task.size).collect();
         let mut progress = BatchProgress::new(arguments.quiet, sizes);
-        jobs::run(
-            &tasks,
-            &self.limits(),
-            again,
-            &self.stop,
-            |number, event| {
-                let Task { file, folder, .. } = &tasks[number];
-                let name = file.display();
-                match event {
-                    Event::Started => progress.start(number, &name.to_string()),
-                    Event::Progress { fraction, line } => progress.step(number, fraction, line),
-                    Event::Line(line) => progress.say(&line),
-                    Event::Waits => {
-                        progress.give_up(number);
-                        progress.say(&format!(
-                            "warning: {name}: it waits until more memory is free"
-                        ));
-                    }
-                    Event::Ended { outcome, took } => {
-                        let row = Row::new(file, &outcome, Some(took));
-                        let line = match row.failed() {
-                            true => outcome.message.clone(),
-                            false => format!("{name}  {row}"),
-                        };
-                        progress.end(number, row.failed(), &line);
-                        record.add(number, file, folder, Some(took), outcome)?;
-                    }
+        jobs::run(&tasks, &settings, &self.stop, |event| {
+            let Event::File(number, event) = event else {
+                if !arguments.quiet {
+                    progress.say(STOPPING);
                 }
-                Ok(())
-            },
-        )?;
+                return Ok(());
+            };
+            let Task { file, folder, .. } = &tasks[number];
+            let name = file.display();
+            match event {
+                FileEvent::Started => progress.start(number, &name.to_string()),
+                FileEvent::Progress { fraction, line } => progress.step(number, fraction, line),
+                FileEvent::Line(line) => progress.say(&line),
+                FileEvent::Waits => {
+                    progress.give_up(number);
+                    progress.say(&format!(
+                        "warning: {name}: it waits until more memory is free"
+                    ));
+                }
+                FileEvent::Ended {
+                    hash,
+                    outcome,
+                    took,
+                } => {
+                    let row = Row::new(file, &outcome, Some(took));
+                    let line = match row.failed() {
+                        true => outcome.message.clone(),
+                        false => format!("{name}  {row}"),
+                    };
+                    progress.end(number, row.failed(), &line);
+                    record.add(number, file, folder, hash, Some(took), outcome)?;
+                }
+            }
+            Ok(())
+        })?;
         progress.finish();
         record.end()
     }
 
-    fn limits(&self) -> Limits {
+    fn worker_settings<'a>(&self, again: &'a Again) -> Result<WorkerSettings<'a>, Failure> {
         // As many as RAYON_NUM_THREADS says, or one per core.
         let threads = rayon::current_num_threads();
-        Limits {
+        Ok(WorkerSettings {
+            again,
+            options: self.worker_options()?,
             jobs: match self.arguments.jobs {
                 Some(jobs) => usize::from(jobs),
                 // Training uses all cores by itself, or a device.
@@ -105,7 +113,7 @@ impl Run {
             },
             threads,
             timeout: self.arguments.timeout,
-        }
+        })
     }
 }
 
@@ -159,6 +167,7 @@ impl<'a> Record<'a> {
         place: usize,
         path: &Path,
         folder: &Path,
+        hash: Option<String>,
         took: Option<Duration>,
         outcome: Outcome,
     ) -> Result<(), Failure> {
@@ -174,13 +183,12 @@ impl<'a> Record<'a> {
         }
         let full = absolute(path);
         let known = self.known.get(&full);
-        let is_known =
-            known.is_some_and(|entry| entry.state == State::Done && entry.hash == outcome.hash);
+        let is_known = known.is_some_and(|entry| entry.state == State::Done && entry.hash == hash);
         if !(outcome.skipped && is_known) {
             self.manifest.add(&Entry {
                 input: full,
                 folder: absolute(folder),
-                hash: outcome.hash,
+                hash,
                 state: outcome.state,
                 seconds: took.filter(|_| !outcome.skipped).map(|t| t.as_secs_f64()),
                 message: row.text().to_owned(),
@@ -212,10 +220,13 @@ impl<'a> Record<'a> {
     }
 }
 
-/// A path that is the same from wherever the program is started.
+/// A path that is the same from wherever the program is started. One that is not UTF-8 is quoted and
+/// has its bytes escaped, so that no two are the same.
 fn absolute(path: &Path) -> String {
     let absolute = std::path::absolute(path);
-    absolute.as_deref().unwrap_or(path).display().to_string()
+    let path = absolute.as_deref().unwrap_or(path);
+    path.to_str()
+        .map_or_else(|| format!("{path:?}"), str::to_owned)
 }
 
 /// Whether a path is the standard input, which workers have for other things.

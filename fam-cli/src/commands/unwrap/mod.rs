@@ -14,6 +14,7 @@ use crate::again::Again;
 use crate::args;
 use crate::failure::Failure;
 use crate::inputs::Inputs;
+use crate::progress::ProgressMode;
 use crate::timeout::end_after;
 use run::Run;
 
@@ -22,19 +23,19 @@ use run::Run;
 /// `again` starts this program again, for files of a batch.
 pub fn unwrap(arguments: args::Unwrap, again: &Again) -> Result<u8, Failure> {
     if let Some([file, folder]) = arguments.worker.as_deref() {
-        let (file, folder) = (file.clone(), folder.clone());
-        return Ok(Run::new(arguments)?.work(&file, &folder));
+        return Ok(Run::of_worker()?.work(file, folder));
     }
     let inputs = Inputs::collect(&arguments.inputs, arguments.out.as_deref())?;
     let inputs = match arguments.shard {
         Some(_) => inputs.many(),
         None => inputs,
     };
+    let progress = ProgressMode::of_user(arguments.quiet);
     match inputs {
         Inputs::Sample => {
             let name = "the built-in sample";
             end_after(arguments.timeout, name.to_owned());
-            let mut run = Run::new(arguments)?;
+            let mut run = Run::new(arguments, progress)?;
             // The sample shows what the networks do.
             if run.config.method == Method::Auto {
                 run.config.method = Method::Neural;
@@ -47,7 +48,7 @@ pub fn unwrap(arguments: args::Unwrap, again: &Again) -> Result<u8, Failure> {
             // Already reading may have no end.
             end_after(arguments.timeout, path.display().to_string());
             let document = fam_io::read_surface(&path).map_err(Failure::input)?;
-            let run = Run::new(arguments)?;
+            let run = Run::new(arguments, progress)?;
             run.single(
                 &document,
                 &path.display().to_string(),
@@ -56,7 +57,8 @@ pub fn unwrap(arguments: args::Unwrap, again: &Again) -> Result<u8, Failure> {
             )
         }
         Inputs::Batch { files, failed } => {
-            let run = Run::new(arguments)?;
+            // Workers report progress; the batch shows it.
+            let run = Run::new(arguments, ProgressMode::Silent)?;
             match run.marks.option() {
                 Some(option) if files.len() + failed.len() > 1 => Err(Failure::input(format!(
                     "{option} marks edges of one mesh, but there are several inputs"

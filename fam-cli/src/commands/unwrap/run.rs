@@ -1,7 +1,7 @@
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 
 use burn::tensor::backend::AutodiffBackend;
 use fam::{
@@ -23,6 +23,7 @@ use crate::marks::MarkFiles;
 use crate::output::{Output, Results};
 use crate::parting::parting;
 use crate::progress::{ProgressMode, UnwrapProgress, short};
+use crate::terminal::print_line;
 
 /// What all files of a run have in common.
 pub struct Run {
@@ -30,6 +31,10 @@ pub struct Run {
     pub config: Config,
     pub marks: MarkFiles,
     pub stop: Arc<AtomicBool>,
+    /// How progress is shown.
+    pub progress: ProgressMode,
+    /// Held while results are written.
+    pub writing: Arc<Mutex<()>>,
 }
 
 /// A file that was unwrapped and written.
@@ -42,8 +47,17 @@ pub struct Done {
 }
 
 impl Run {
-    pub fn new(arguments: args::Unwrap) -> Result<Self, Failure> {
+    pub fn new(arguments: args::Unwrap, progress: ProgressMode) -> Result<Self, Failure> {
         let config = config::resolve(&arguments)?;
+        Self::with_config(arguments, config, progress)
+    }
+
+    /// A run of which the configuration is known.
+    pub fn with_config(
+        arguments: args::Unwrap,
+        config: Config,
+        progress: ProgressMode,
+    ) -> Result<Self, Failure> {
         let marks = MarkFiles::read(&arguments)?;
         if let (FinishMode::None, Some(option)) = (config.finish.mode, marks.option()) {
             let reason = format!("{option} has no use with --finish none: nothing is cut then");
@@ -56,7 +70,9 @@ impl Run {
         Ok(Self {
             marks,
             config,
-            stop: stop_on_interrupt(arguments.quiet || arguments.worker.is_some())?,
+            stop: stop_on_interrupt(progress != ProgressMode::Terminal)?,
+            progress,
+            writing: Arc::default(),
             arguments,
         })
     }
@@ -121,14 +137,14 @@ impl Run {
         output
             .prepare(document, path)
             .map_err(|failure| failure.of(input))?;
-        if self.display() == ProgressMode::Terminal {
+        if self.progress == ProgressMode::Terminal {
             let how = match &backend {
                 Some(backend) => format!("training on {backend}"),
                 None => String::from("direct layout"),
             };
-            eprintln!("{input}: {}; {how}", describe(surface));
+            print_line(&format!("{input}: {}; {how}", describe(surface)));
             if let Some(summary) = marked.summary() {
-                eprintln!("{summary}");
+                print_line(&summary);
             }
         }
         let options = Options {
@@ -148,7 +164,7 @@ impl Run {
             marks: marked.marks.clone(),
         };
         for warning in document.warnings() {
-            eprintln!("warning: {input}: {warning}");
+            print_line(&format!("warning: {input}: {warning}"));
         }
         let unwrapped = self
             .unwrapped(surface, &options, backend.as_ref())
@@ -168,6 +184,7 @@ impl Run {
         let mut report = Report::new(surface, &options.parting, &unwrapped);
         report.warn(marked.unmatched().to_vec());
         let config_toml = self.config.as_used(&unwrapped).to_toml(used)?;
+        let writing = self.writing.lock();
         output.write(&Results {
             document,
             parting: &options.parting,
@@ -176,8 +193,9 @@ impl Run {
             config_toml: &config_toml,
             fingerprint: fingerprint.filter(|_| complete),
         })?;
+        drop(writing);
         for warning in report.warnings() {
-            eprintln!("warning: {input}: {warning}");
+            print_line(&format!("warning: {input}: {warning}"));
         }
         let summary = Summary {
             state: if interrupted { "interrupted" } else { "done" },
@@ -191,9 +209,9 @@ impl Run {
             report: &report,
         };
         let summary = serde_json::to_value(&summary).map_err(Failure::work)?;
-        if arguments.json && arguments.worker.is_none() {
+        if arguments.json && self.progress != ProgressMode::Messages {
             print_json(&summary)?;
-        } else if self.display() == ProgressMode::Terminal {
+        } else if self.progress == ProgressMode::Terminal {
             say(&unwrapped, &report, folder);
         }
         Ok(Done {
@@ -204,13 +222,6 @@ impl Run {
         })
     }
 
-    fn display(&self) -> ProgressMode {
-        match &self.arguments.worker {
-            Some(_) => ProgressMode::Messages,
-            None => ProgressMode::of_user(self.arguments.quiet),
-        }
-    }
-
     /// The surface, unwrapped; its trained map as the bytes of a file.
     fn unwrapped(
         &self,
@@ -218,7 +229,7 @@ impl Run {
         options: &Options,
         backend: Option<&Backend>,
     ) -> Result<Unwrapped<Vec<u8>>, UnwrapError> {
-        let mut progress = UnwrapProgress::new(self.display(), &self.stop);
+        let mut progress = UnwrapProgress::new(self.progress, &self.stop);
         let unwrapped = match backend {
             None => unwrap_direct(surface, options, &mut |now| progress.show(now)),
             Some(backend) => backend.run(Neural {
@@ -267,20 +278,22 @@ pub fn print_json(value: &serde_json::Value) -> Result<(), Failure> {
 fn say(unwrapped: &Unwrapped<Vec<u8>>, report: &Report, folder: &Path) {
     let notes = [report.conditioned(), report.composition()];
     for line in notes.into_iter().flatten() {
-        eprintln!("{line}");
+        print_line(&line);
     }
     let layout = short(unwrapped.layout_time);
     let headline = report.headline();
     match &unwrapped.training {
         Some(training) => {
             let training = short(training.time);
-            eprintln!("{training} training, {layout} finishing; {headline}");
+            print_line(&format!(
+                "{training} training, {layout} finishing; {headline}"
+            ));
         }
-        None => eprintln!("{layout}; {headline}"),
+        None => print_line(&format!("{layout}; {headline}")),
     }
-    eprintln!("wrote {}", folder.display());
+    print_line(&format!("wrote {}", folder.display()));
     if unwrapped.method == Used::Direct {
-        eprintln!("without a trained map; --method neural makes model.safetensors, for `fam map`");
+        print_line("without a trained map; --method neural makes model.safetensors, for `fam map`");
     }
 }
 
