@@ -306,17 +306,24 @@ mod endless {
     #[test]
     fn a_file_that_takes_too_long_is_known_by_its_content() {
         let folder = tempfile::tempdir().unwrap();
-        write_some(&folder.path().join("in"), 1);
-        let path = folder.path().join("in/a0.obj");
-        let mesh = fs::read_to_string(&path).unwrap();
-        fs::write(&path, format!("mtllib endless.mtl\n{mesh}")).unwrap();
-        pipe(&folder.path().join("in"), "endless.mtl");
+        let gltf = r#"{
+            "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+            "nodes": [{"mesh": 0}],
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+            "buffers": [{"uri": "endless.bin", "byteLength": 36}],
+            "bufferViews": [{"buffer": 0, "byteLength": 36}],
+            "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+                           "min": [0, 0, 0], "max": [1, 1, 0]}]
+        }"#;
+        fs::create_dir(folder.path().join("in")).unwrap();
+        fs::write(folder.path().join("in/a.gltf"), gltf).unwrap();
+        pipe(&folder.path().join("in"), "endless.bin");
         let arguments = ["unwrap", "in", "-o", "out", "--timeout", "20s"];
         assert_eq!(fam(folder.path(), &arguments).code, Some(1));
         let entry = &entries(&folder.path().join("out/manifest.jsonl"))[0];
         assert_eq!(entry["state"], "timed-out");
         assert_eq!(entry["hash"].as_str().unwrap().len(), 64);
-        assert!(!folder.path().join("out/a0.fam").exists());
+        assert!(!folder.path().join("out/a.fam").exists());
     }
 
     #[test]
