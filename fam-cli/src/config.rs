@@ -196,7 +196,7 @@ fn one_line(message: &str) -> String {
 }
 
 /// Keys that a configuration may lack.
-const OPTIONAL: [&str; 1] = ["finish.max-charts"];
+const OPTIONAL: [&str; 2] = ["finish.max-charts", "terms"];
 
 /// Puts the values of `overlay` in the place of those of `base`, which has every known key.
 fn merge(base: &mut Table, overlay: Table, within: &str) -> Result<(), String> {

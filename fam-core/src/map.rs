@@ -329,32 +329,21 @@ impl<B: Backend> TrainedMap<B> {
         metadata: Metadata,
         device: &B::Device,
     ) -> Result<Self, ModelFileError> {
-        if metadata.version != FORMAT_VERSION {
-            return Err(ModelFileError::Metadata(format!(
-                "version {} of its format is not supported",
-                metadata.version
-            )));
-        }
-        if let Some(problem) = metadata.config.problem() {
-            return Err(ModelFileError::Metadata(problem.to_string()));
-        }
-        if metadata.points > metadata.config.points {
-            return Err(ModelFileError::Metadata(
-                "it has more points than its configuration".to_string(),
-            ));
-        }
-        let Normalization { center, radius } = metadata.normalization;
-        let UvFrame { corner, side, .. } = metadata.frame;
-        let finite = center.iter().all(|c| c.is_finite()) && corner.iter().all(|c| c.is_finite());
-        let positive = |length: f64| length.is_finite() && length > 0.0;
-        if !finite || !positive(radius) || !positive(f64::from(side)) {
-            return Err(ModelFileError::Metadata(
-                "its normalisation or frame is not a finite scale".to_string(),
-            ));
-        }
-        let networks = &metadata.config.networks;
+        let networks = metadata.config.networks.clone();
+        metadata.check()?;
+        let model = weights::read(file, &networks, Naming::Own { prefix }, device)?;
+        Self::of(model, metadata, device)
+    }
+
+    /// The map of a model and all else.
+    pub(crate) fn of(
+        model: FlattenAnything<B>,
+        metadata: Metadata,
+        device: &B::Device,
+    ) -> Result<Self, ModelFileError> {
+        metadata.check()?;
         let mut map = Self::new(
-            weights::read(file, networks, Naming::Own { prefix }, device)?,
+            model,
             metadata.config,
             metadata.points,
             metadata.normalization,
@@ -362,5 +351,35 @@ impl<B: Backend> TrainedMap<B> {
         );
         map.frame = metadata.frame;
         Ok(map)
+    }
+}
+
+impl Metadata {
+    /// Whether it makes sense.
+    fn check(&self) -> Result<(), ModelFileError> {
+        if self.version != FORMAT_VERSION {
+            return Err(ModelFileError::Metadata(format!(
+                "version {} of its format is not supported",
+                self.version
+            )));
+        }
+        if let Some(problem) = self.config.problem() {
+            return Err(ModelFileError::Metadata(problem.to_string()));
+        }
+        if self.points > self.config.points {
+            return Err(ModelFileError::Metadata(
+                "it has more points than its configuration".to_string(),
+            ));
+        }
+        let Normalization { center, radius } = self.normalization;
+        let UvFrame { corner, side, .. } = self.frame;
+        let finite = center.iter().all(|c| c.is_finite()) && corner.iter().all(|c| c.is_finite());
+        let positive = |length: f64| length.is_finite() && length > 0.0;
+        if !finite || !positive(radius) || !positive(f64::from(side)) {
+            return Err(ModelFileError::Metadata(
+                "its normalisation or frame is not a finite scale".to_string(),
+            ));
+        }
+        Ok(())
     }
 }

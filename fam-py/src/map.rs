@@ -92,6 +92,7 @@ impl fam_cli::Job for Training<'_> {
             SeamRule::Spacing,
             device,
             strategies,
+            None,
             |now| self.signal.observe(&fam::Progress::Training { steps, now }),
         )?;
         Ok(Map::from(on_cpu(&trained.flattened.atlas)?))

@@ -1,5 +1,6 @@
 use std::time::Duration;
 
+use fam_core::atlas::Checkpoint;
 use fam_core::training::TrainingConfig;
 use fam_layout::{LayoutConfig, Marks};
 use fam_surface::seams::SeamRule;
@@ -27,6 +28,9 @@ pub struct Options {
     /// About how long it may take. Training is planned for it; the layout is no longer refined
     /// when it is over. None: as long as it takes.
     pub time_budget: Option<Duration>,
+    /// Where training goes on, with the configuration that it was planned with; none where nothing is
+    /// trained. The surface and the parting must be those of the checkpoint.
+    pub resume: Option<Checkpoint>,
 }
 
 impl Default for Options {
@@ -40,6 +44,7 @@ impl Default for Options {
             marks: Marks::default(),
             seam_rule: SeamRule::Spacing,
             time_budget: None,
+            resume: None,
         }
     }
 }

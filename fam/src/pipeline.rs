@@ -92,8 +92,9 @@ fn neural<B: AutodiffBackend>(
     check(options)?;
     let deadline = options.time_budget.map(|b| plan::deadline(started, b));
     let mut watch = Watch::new(observe, deadline);
-    let config = match options.time_budget {
-        Some(budget) => {
+    let config = match (&options.resume, options.time_budget) {
+        (Some(checkpoint), _) => checkpoint.config().clone(),
+        (None, Some(budget)) => {
             let plan = Plan {
                 config: &options.training,
                 surface,
@@ -104,7 +105,7 @@ fn neural<B: AutodiffBackend>(
             let mut observe = || watch.tell(Progress::Planning);
             plan::planned::<B>(&plan, device, &strategies, &mut observe)?
         }
-        None => options.training.clone(),
+        (None, None) => options.training.clone(),
     };
     let steps = config.steps();
     let trained = train::<B>(
@@ -114,6 +115,7 @@ fn neural<B: AutodiffBackend>(
         options.seam_rule,
         device,
         strategies,
+        options.resume.as_ref(),
         |now| watch.tell(Progress::Training { steps, now }),
     )?;
     let time = started.elapsed();

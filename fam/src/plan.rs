@@ -153,7 +153,8 @@ impl Plan<'_> {
             let strategies = strategies.clone();
             // Of every component the first step that counts, the last, and when they ended.
             let mut seen: HashMap<usize, [(usize, Instant); 2]> = HashMap::new();
-            atlas::flatten::<B>(&config, self.surface, division, device, strategies, |at| {
+            let surface = self.surface;
+            atlas::flatten::<B>(&config, surface, division, device, strategies, None, |at| {
                 let now = (at.step.iteration, Instant::now());
                 if now.0 + 1 >= UNMEASURED {
                     let ends = seen.entry(at.component).or_insert([now; 2]);

@@ -10,6 +10,9 @@ use super::names::{
     SamplingName, SeamRuleName,
 };
 
+/// Time between checkpoints: what an end in the middle costs.
+const CHECKPOINT_EVERY: std::time::Duration = std::time::Duration::from_secs(30);
+
 /// Write a surface with UVs, its seams, pictures and metrics.
 ///
 /// A mesh is cut along edges, flattened without flips and overlaps, cut further until the
@@ -137,6 +140,18 @@ pub struct Unwrap {
     /// several starts would leave fewer than 200, there is a single one.
     #[arg(long, value_name = "TIME", value_parser = crate::time::duration, conflicts_with = "iterations")]
     pub time_budget: Option<std::time::Duration>,
+
+    /// Go on with the training that an earlier run into the same folder left unfinished, if there is one
+    ///
+    /// A training saves itself in checkpoint.safetensors while it runs. On a CPU, one that goes on ends
+    /// in the same files as one that was never ended. Input, options of training, backend and version
+    /// must be the same.
+    #[arg(long)]
+    pub resume: bool,
+
+    /// Time between two checkpoints of a training
+    #[arg(long, value_name = "TIME", default_value = "30s", value_parser = crate::time::duration)]
+    pub checkpoint_every: std::time::Duration,
 
     /// Fresh weights to start from; once they have opened the surface, the best two go on, and one
     /// of them to the end
@@ -267,6 +282,8 @@ impl Default for Unwrap {
             points: None,
             iterations: None,
             time_budget: None,
+            resume: false,
+            checkpoint_every: CHECKPOINT_EVERY,
             starts: None,
             seed: None,
             jacobian: None,

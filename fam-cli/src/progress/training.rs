@@ -1,7 +1,7 @@
 use std::time::Instant;
 
 use fam_core::atlas;
-use fam_core::losses::LossTerm;
+use fam_core::losses::Term;
 
 use super::{Display, ProgressMode, send, short};
 
@@ -17,6 +17,8 @@ pub struct TrainingProgress {
     seen: usize,
     /// Steps so far, over all components.
     done: usize,
+    /// Those of an earlier run, which this one goes on with.
+    earlier: Option<usize>,
 }
 
 impl TrainingProgress {
@@ -29,6 +31,7 @@ impl TrainingProgress {
             started: Instant::now(),
             seen: 0,
             done: 0,
+            earlier: None,
         }
     }
 
@@ -36,8 +39,10 @@ impl TrainingProgress {
     pub fn step(&mut self, now: &atlas::Progress) {
         let total = now.components * self.steps;
         let done = now.component * self.steps + now.step.before + 1;
-        let before = std::mem::replace(&mut self.done, done);
-        self.seen += (done - before) * now.points;
+        let earlier = *self.earlier.get_or_insert(done - 1);
+        let before = std::mem::replace(&mut self.done, done).max(earlier);
+        // After it broke down, training is some steps back.
+        self.seen += done.saturating_sub(before) * now.points;
         let rate = self.rate();
         match &mut self.display {
             Display::Silent => {}
@@ -54,11 +59,11 @@ impl TrainingProgress {
             }
             Display::Lines => {
                 let every = total.div_ceil(PLAIN_LINES);
-                if before == 0 || done / every > before / every || done == total {
+                if before == earlier || done / every > before / every || done == total {
                     let left = self
                         .started
                         .elapsed()
-                        .mul_f64((total - done) as f64 / done as f64);
+                        .mul_f64((total - done) as f64 / (done - earlier).max(1) as f64);
                     eprintln!(
                         "{done}/{total}  {}  {rate}  {} left",
                         terms(now),
@@ -89,7 +94,7 @@ impl TrainingProgress {
 /// The component, if there are several, and the loss terms in the paper's four groups.
 fn terms(now: &atlas::Progress) -> String {
     let step = now.step;
-    let group = |accepted: &dyn Fn(LossTerm) -> bool| {
+    let group = |accepted: &dyn Fn(Term) -> bool| {
         let values: Vec<f32> = step
             .terms
             .iter()
@@ -99,30 +104,26 @@ fn terms(now: &atlas::Progress) -> String {
         (!values.is_empty()).then(|| values.iter().sum::<f32>())
     };
     let groups = [
-        ("wrap", group(&|term| term == LossTerm::Wrap)),
+        ("wrap", group(&|term| term == Term::Wrap)),
         (
             "unwrap",
             group(&|term| {
                 matches!(
                     term,
-                    LossTerm::Unwrap | LossTerm::UnwrapQHat | LossTerm::UnwrapQHatCycle
+                    Term::Unwrap | Term::UnwrapQHat | Term::UnwrapQHatCycle
                 )
             }),
         ),
         (
             "cycle",
-            group(&|term| {
-                matches!(
-                    term,
-                    LossTerm::CyclePoints | LossTerm::CycleUv | LossTerm::CycleNormals
-                )
-            }),
+            group(&|term| matches!(term, Term::CyclePoints | Term::CycleUv | Term::CycleNormals)),
         ),
         (
             "conf",
-            group(&|term| matches!(term, LossTerm::ConformalityF | LossTerm::ConformalityG)),
+            group(&|term| matches!(term, Term::ConformalityF | Term::ConformalityG)),
         ),
-        ("flat", group(&|term| term == LossTerm::Flattening)),
+        ("flat", group(&|term| term == Term::Flattening)),
+        ("added", group(&|term| matches!(term, Term::Added { .. }))),
     ];
     let mut line = String::new();
     if now.components > 1 {

@@ -6,12 +6,13 @@ use burn::tensor::backend::{AutodiffBackend, Backend};
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
+use super::checkpoint::{self, Checkpoint, Checkpointer, Restored, Trained};
 use super::groups::{groups, joined};
 use super::layout::{side_by_side, texel_density};
 use super::{Atlas, Chart, ComponentMap, Placement, Projection};
 use crate::map::TrainedMap;
 use crate::sampling::poisson_disk;
-use crate::training::{Step, Strategies, Trainer, TrainingConfig, TrainingError};
+use crate::training::{CheckpointError, Step, Strategies, Trainer, TrainingConfig, TrainingError};
 use fam_surface::seams::{SeamRule, SeamThreshold, Seams};
 use fam_surface::{Component, Components, Duplicates, Surface, SurfaceError, TriangleMesh};
 
@@ -50,6 +51,8 @@ pub struct Progress<'a> {
     pub points: usize,
     /// What the iteration did.
     pub step: &'a Step,
+    /// Makes the bytes from which [`flatten`] goes on after this iteration.
+    pub checkpoint: Checkpointer<'a>,
 }
 
 /// How a component was flattened.
@@ -62,7 +65,7 @@ pub struct Part {
     /// Why training broke off, if it did; the map is that of the last good weights.
     pub error: Option<TrainingError>,
     /// The points (normalised) that it was trained on, with others; none if it was not.
-    sample: Arc<[[f32; 3]]>,
+    pub(super) sample: Arc<[[f32; 3]]>,
 }
 
 /// A flattened surface, as the networks map it: [`Components::vertex_maps`] and
@@ -88,10 +91,10 @@ pub struct Flattened<B: Backend> {
 /// Networks are trained for every large component and once for all small ones together; flat ones
 /// need none. They share the configured number of points by their area, and are trained one after
 /// the other. `observe` is called after every step that is read; after it breaks off, the networks
-/// that are left are trained until the first of theirs.
+/// that are left are trained until the first of theirs. With `resume`, training goes on from there.
 ///
 /// # Errors
-/// The surface or the configuration cannot be trained on. A component whose training diverges
+/// The surface or the configuration cannot be trained on, or are not those of the checkpoint. A component whose training diverges
 /// is no error: its [`Part`] tells.
 pub fn flatten<B: AutodiffBackend>(
     config: &TrainingConfig,
@@ -99,24 +102,31 @@ pub fn flatten<B: AutodiffBackend>(
     division: Division,
     device: &B::Device,
     strategies: Strategies<B>,
+    resume: Option<&Checkpoint>,
     observe: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Flattened<B::InnerBackend>, TrainingError> {
     if let Some(problem) = config.problem() {
         return Err(TrainingError::Config(problem));
     }
     surface.normalization()?;
+    let restored = match resume {
+        Some(checkpoint) if checkpoint.config() != config => Err(CheckpointError::Config),
+        Some(checkpoint) => checkpoint.restored::<B>(device).map(Some),
+        None => Ok(None),
+    };
+    let mut job = Job::<B, _> {
+        config,
+        device,
+        strategies,
+        observe,
+        components: 1,
+        restored: restored.map_err(unusable)?,
+        finished: Vec::new(),
+        stopped: false,
+    };
     match surface {
-        Surface::Mesh(mesh) => flatten_mesh(config, mesh, division, device, strategies, observe),
+        Surface::Mesh(mesh) => flatten_mesh(job, mesh, division),
         Surface::PointCloud(_) => {
-            let mut job = Job::<B, _> {
-                config,
-                device,
-                strategies,
-                observe,
-                components: 1,
-                started: 0,
-                stopped: false,
-            };
             let (map, part) = job.train(surface, config.points)?;
             let uvs = map.uvs(surface.positions());
             let chart = Chart {
@@ -137,13 +147,14 @@ pub fn flatten<B: AutodiffBackend>(
     }
 }
 
-fn flatten_mesh<B: AutodiffBackend>(
-    config: &TrainingConfig,
+fn unusable(error: CheckpointError) -> TrainingError {
+    TrainingError::Checkpoint(error.to_string())
+}
+
+fn flatten_mesh<B: AutodiffBackend, F: FnMut(Progress) -> ControlFlow<()>>(
+    mut job: Job<B, F>,
     mesh: &TriangleMesh,
     division: Division,
-    device: &B::Device,
-    strategies: Strategies<B>,
-    observe: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Flattened<B::InnerBackend>, TrainingError> {
     let components = Components::with(mesh, division.labels, division.duplicates)?;
     if components.conditioning.zero_area_triangles == mesh.triangles().len() {
@@ -161,15 +172,8 @@ fn flatten_mesh<B: AutodiffBackend>(
     let groups = groups(list, &trained);
     let area = |&i: &usize| list[i].mesh.triangle_areas().iter().sum::<f64>();
     let trained_area: f64 = trained.iter().map(area).sum();
-    let mut job = Job::<B, _> {
-        config,
-        device,
-        strategies,
-        observe,
-        components: groups.len(),
-        started: 0,
-        stopped: false,
-    };
+    let config = job.config;
+    job.components = groups.len();
     for group in &groups {
         let share = group.iter().map(area).sum::<f64>() / trained_area * config.points as f64;
         let fewest = FEWEST_POINTS.min(config.points);
@@ -278,7 +282,9 @@ struct Job<'a, B: AutodiffBackend, F> {
     strategies: Strategies<B>,
     observe: F,
     components: usize,
-    started: usize,
+    /// Of the checkpoint that is gone on from.
+    restored: Option<Restored<'a, B>>,
+    finished: Vec<Trained<B::InnerBackend>>,
     stopped: bool,
 }
 
@@ -295,21 +301,34 @@ impl<B: AutodiffBackend, F: FnMut(Progress) -> ControlFlow<()>> Job<'_, B, F> {
         let strategies = self.strategies.clone();
         let mut trainer =
             Trainer::<B>::with_strategies(config.clone(), surface, self.device, strategies)?;
+        let restored = self.restored.as_ref();
+        let known = restored.and_then(|restored| restored.finished.get(self.finished.len()));
+        if let Some((map, part)) = known.cloned() {
+            self.finished.push((map.clone(), part.clone()));
+            return Ok((ComponentMap::Trained(map), part));
+        }
+        if let Some(restored) = &mut self.restored {
+            trainer = restored.resumed(trainer).map_err(unusable)?;
+        }
         let points = trainer.points();
-        let outcome = trainer.run(|step| {
+        let (whole, finished) = (self.config, &self.finished);
+        let (observe, stopped) = (&mut self.observe, &mut self.stopped);
+        let components = self.components;
+        let outcome = trainer.run_observed(|trainer, step| {
+            let bytes = |label: &str| checkpoint::write(label, whole, finished, trainer);
             let progress = Progress {
-                component: self.started,
-                components: self.components,
+                component: finished.len(),
+                components,
                 points: config.points_at(step.iteration, points),
                 step,
+                checkpoint: Checkpointer(&bytes),
             };
-            self.stopped |= (self.observe)(progress).is_break();
-            match self.stopped {
+            *stopped |= observe(progress).is_break();
+            match *stopped {
                 true => ControlFlow::Break(()),
                 false => ControlFlow::Continue(()),
             }
         });
-        self.started += 1;
         let last = trainer.last_step().cloned();
         let sample = trainer.sample().points.into();
         let (map, last_step) = trainer.finish(surface);
@@ -320,7 +339,9 @@ impl<B: AutodiffBackend, F: FnMut(Progress) -> ControlFlow<()>> Job<'_, B, F> {
             error: outcome.err().or(last_step.err()),
             sample,
         };
-        Ok((ComponentMap::Trained(Arc::new(map)), part))
+        let map = Arc::new(map);
+        self.finished.push((map.clone(), part.clone()));
+        Ok((ComponentMap::Trained(map), part))
     }
 }
 

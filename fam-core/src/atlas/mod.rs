@@ -5,6 +5,7 @@
 //! side by side at one texel density. Its result holds the [`Atlas`], which gives UVs of any
 //! points and is saved and loaded as a whole.
 
+mod checkpoint;
 mod file;
 mod flatten;
 mod groups;
@@ -16,6 +17,7 @@ use std::sync::Arc;
 
 use burn::tensor::backend::Backend;
 
+pub use checkpoint::{Checkpoint, Checkpointer};
 pub use flatten::{Division, Flattened, Part, Progress, flatten};
 pub use layout::Placement;
 pub use projection::Projection;

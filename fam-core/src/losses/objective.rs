@@ -59,15 +59,15 @@ impl Default for LossWeights {
 
 impl LossWeights {
     /// The weighted sum of terms.
-    pub fn sum(&self, terms: &[(LossTerm, f32)]) -> f32 {
-        let weighted = |(term, value): &(LossTerm, f32)| f64::from(*value) * term.weight(self);
+    pub fn sum(&self, terms: &[(Term, f32)]) -> f32 {
+        let weighted = |(term, value): &(Term, f32)| f64::from(*value) * term.weight(self);
         terms.iter().map(weighted).sum::<f64>() as f32
     }
 }
 
 /// One term of the objective.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum LossTerm {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Term {
     /// ℓ_wrap: Chamfer distance of P̂ and P.
     Wrap,
     /// ℓ_unwrap, of Q or (reference objective) of its normalised copy.
@@ -88,32 +88,55 @@ pub enum LossTerm {
     ConformalityG,
     /// ℓ_flat: the anticonformal part of the derivative of Q along the surface.
     Flattening,
+    /// A [`LossTerm`](super::LossTerm) that was added.
+    Added {
+        /// Its name.
+        name: &'static str,
+        /// Its weight.
+        weight: f64,
+    },
 }
 
-impl LossTerm {
+impl Term {
+    /// Those of the method.
+    pub(crate) const OF_METHOD: [Self; 10] = [
+        Self::Wrap,
+        Self::Unwrap,
+        Self::UnwrapQHat,
+        Self::UnwrapQHatCycle,
+        Self::CyclePoints,
+        Self::CycleUv,
+        Self::CycleNormals,
+        Self::ConformalityF,
+        Self::ConformalityG,
+        Self::Flattening,
+    ];
+
     /// A short name, as in progress lines and errors.
     pub fn name(self) -> &'static str {
         match self {
-            LossTerm::Wrap => "wrap",
-            LossTerm::Unwrap => "unwrap",
-            LossTerm::UnwrapQHat => "unwrap-q-hat",
-            LossTerm::UnwrapQHatCycle => "unwrap-q-hat-cycle",
-            LossTerm::CyclePoints => "cycle-points",
-            LossTerm::CycleUv => "cycle-uv",
-            LossTerm::CycleNormals => "cycle-normals",
-            LossTerm::ConformalityF => "conformality-f",
-            LossTerm::ConformalityG => "conformality-g",
-            LossTerm::Flattening => "flattening",
+            Term::Wrap => "wrap",
+            Term::Unwrap => "unwrap",
+            Term::UnwrapQHat => "unwrap-q-hat",
+            Term::UnwrapQHatCycle => "unwrap-q-hat-cycle",
+            Term::CyclePoints => "cycle-points",
+            Term::CycleUv => "cycle-uv",
+            Term::CycleNormals => "cycle-normals",
+            Term::ConformalityF => "conformality-f",
+            Term::ConformalityG => "conformality-g",
+            Term::Flattening => "flattening",
+            Term::Added { name, .. } => name,
         }
     }
 
     fn weight(self, weights: &LossWeights) -> f64 {
         match self {
-            LossTerm::Wrap => weights.wrap,
-            LossTerm::Unwrap | LossTerm::UnwrapQHat | LossTerm::UnwrapQHatCycle => weights.unwrap,
-            LossTerm::CyclePoints | LossTerm::CycleUv | LossTerm::CycleNormals => weights.cycle,
-            LossTerm::ConformalityF | LossTerm::ConformalityG => weights.conformality,
-            LossTerm::Flattening => weights.flattening,
+            Term::Wrap => weights.wrap,
+            Term::Unwrap | Term::UnwrapQHat | Term::UnwrapQHatCycle => weights.unwrap,
+            Term::CyclePoints | Term::CycleUv | Term::CycleNormals => weights.cycle,
+            Term::ConformalityF | Term::ConformalityG => weights.conformality,
+            Term::Flattening => weights.flattening,
+            Term::Added { weight, .. } => weight,
         }
     }
 }
@@ -122,7 +145,7 @@ impl LossTerm {
 #[derive(Debug, Clone)]
 pub struct Losses<B: Backend> {
     /// The terms that apply: a branch that is left out has none.
-    pub terms: Vec<(LossTerm, Tensor<B, 1>)>,
+    pub terms: Vec<(Term, Tensor<B, 1>)>,
 }
 
 impl<B: Backend> Losses<B> {
@@ -163,35 +186,32 @@ impl<B: Backend> Losses<B> {
             let nearest_p = search.gather(p.clone(), nearest_p);
             let nearest_p_hat = search.gather(deform.p_hat.clone(), nearest_p_hat);
             let chamfer = chamfer_distance(deform.p_hat, p.clone(), nearest_p, nearest_p_hat);
-            terms.push((LossTerm::Wrap, chamfer.larger()));
+            terms.push((Term::Wrap, chamfer.larger()));
             if objective == Objective::Reference {
-                terms.push((LossTerm::UnwrapQHat, spread(deform.q_hat.clone())));
-                terms.push((
-                    LossTerm::UnwrapQHatCycle,
-                    spread(deform.q_hat_cycle.clone()),
-                ));
+                terms.push((Term::UnwrapQHat, spread(deform.q_hat.clone())));
+                terms.push((Term::UnwrapQHatCycle, spread(deform.q_hat_cycle.clone())));
             }
             terms.push((
-                LossTerm::CycleUv,
+                Term::CycleUv,
                 uv_cycle_loss(deform.q_hat, deform.q_hat_cycle),
             ));
             if let Some(jacobian) = deform.jacobian {
-                terms.push((LossTerm::ConformalityG, conformality_loss(jacobian)));
+                terms.push((Term::ConformalityG, conformality_loss(jacobian)));
             }
         }
         if let Some(unwrap) = unwrap {
-            terms.push((LossTerm::Unwrap, spread(unwrap.q)));
-            terms.push((LossTerm::CyclePoints, point_cycle_loss(p, unwrap.p_cycle)));
+            terms.push((Term::Unwrap, spread(unwrap.q)));
+            terms.push((Term::CyclePoints, point_cycle_loss(p, unwrap.p_cycle)));
             if let Some(normals) = normals {
                 terms.push((
-                    LossTerm::CycleNormals,
+                    Term::CycleNormals,
                     normal_loss(normals, unwrap.p_cycle_normals),
                 ));
             }
-            terms.push((LossTerm::ConformalityF, conformality_loss(unwrap.jacobian)));
+            terms.push((Term::ConformalityF, conformality_loss(unwrap.jacobian)));
         }
         if let Some(flattening) = flattening {
-            terms.push((LossTerm::Flattening, flattening_loss(flattening)));
+            terms.push((Term::Flattening, flattening_loss(flattening)));
         }
         Self { terms }
     }

@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::jacobian::JacobianMode;
-use crate::losses::{LossWeights, Objective};
+use crate::losses::{LossWeights, Objective, Term, TermConfig};
 use crate::networks::FlattenAnythingConfig;
 use crate::sampling::Sampling;
 
@@ -101,6 +101,9 @@ pub struct TrainingConfig {
     pub networks: FlattenAnythingConfig,
     /// Weights of the loss terms.
     pub weights: LossWeights,
+    /// Terms beside those of the method.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub terms: Vec<TermConfig>,
 }
 
 impl Default for TrainingConfig {
@@ -129,6 +132,7 @@ impl TrainingConfig {
             weight_decay: 1e-8,
             networks: FlattenAnythingConfig::new().with_unwrap_factor(Some(1)),
             weights: LossWeights::default(),
+            terms: Vec::new(),
         }
     }
 
@@ -220,6 +224,15 @@ impl TrainingConfig {
         weights
     }
 
+    /// The terms beside those of the method, as steps name them.
+    pub(crate) fn added_terms(&self) -> Vec<Term> {
+        let term = |term: &TermConfig| Term::Added {
+            name: term.name(),
+            weight: term.weight,
+        };
+        self.terms.iter().map(term).collect()
+    }
+
     /// What keeps this configuration from being trained, if anything: a message that names
     /// the field.
     pub fn problem(&self) -> Option<&'static str> {
@@ -254,7 +267,7 @@ impl TrainingConfig {
         } else if self.final_learning_rate > self.learning_rate {
             Some("final-learning-rate must not exceed learning-rate")
         } else {
-            None
+            self.terms.iter().find_map(TermConfig::problem)
         }
     }
 }

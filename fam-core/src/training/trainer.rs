@@ -1,21 +1,23 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use burn::lr_scheduler::LrScheduler;
-use burn::lr_scheduler::cosine::{CosineAnnealingLrScheduler, CosineAnnealingLrSchedulerConfig};
 use burn::module::AutodiffModule;
 use burn::optim::GradientsParams;
 use burn::tensor::backend::{AutodiffBackend, Backend};
 use burn::tensor::{Tensor, TensorData};
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
+use serde::{Deserialize, Serialize};
 
-use super::optimizer::Optimizer;
+use super::checkpoint::{CheckpointError, Reader, Writer};
+use super::starts::{Starts, StartsRecord};
+use super::state::{State, StateRecord};
 use super::{Ablation, Strategies, TrainingConfig, turn};
 use crate::cycles::lattice;
-use crate::losses::{Flattening, LossTerm, Losses, Objective};
-use crate::map::TrainedMap;
-use crate::networks::FlattenAnything;
+use crate::losses::{
+    AddedTerm, Evaluated, Flattening, LossTerm, Losses, Objective, Term, TermConfig,
+};
+use crate::map::{ModelFileError, TrainedMap};
 use crate::sampling::{PointSource, Sample, TriangleSource};
 use fam_surface::{Normalization, Surface, SurfaceError};
 
@@ -29,7 +31,7 @@ pub struct Step {
     /// The sum of these terms by the configured weights, before the step.
     pub total: f32,
     /// The unweighted terms, before the step; most steps of the opening have no ℓ_flat.
-    pub terms: Vec<(LossTerm, f32)>,
+    pub terms: Vec<(Term, f32)>,
 }
 
 /// Why training could not start or go on.
@@ -41,11 +43,14 @@ pub enum TrainingError {
     /// The configuration cannot be trained.
     #[error("bad configuration: {0}")]
     Config(&'static str),
+    /// Training cannot go on from a checkpoint, for this reason.
+    #[error("{0}")]
+    Checkpoint(String),
     /// A loss became NaN or infinite. The trainer holds the last good weights.
     #[error("the loss term {} became {value} at iteration {iteration}", term.name())]
     NonFiniteLoss {
         /// The first such term.
-        term: LossTerm,
+        term: Term,
         /// Its value.
         value: f32,
         /// Zero-based iteration.
@@ -71,24 +76,14 @@ pub struct Trainer<B: AutodiffBackend> {
     /// Of the opening, and after it.
     stages: [Stage<B>; 2],
     state: State<B>,
+    /// To which training goes back if it breaks down.
+    safe: State<B>,
+    starts: Starts<B>,
     strategies: Strategies<B>,
+    /// Terms beside those of the method.
+    terms: Vec<AddedTerm<B>>,
     /// Steps so far, from all starts.
     done: usize,
-}
-
-/// What steps change.
-#[derive(Clone)]
-struct State<B: AutodiffBackend> {
-    model: FlattenAnything<B>,
-    last_good: FlattenAnything<B>,
-    optimizer: Optimizer<B>,
-    schedule: CosineAnnealingLrScheduler,
-    /// Draws the points of each step.
-    rng: Pcg64,
-    /// Steps from this start.
-    iteration: usize,
-    /// The last of them that was read.
-    last: Option<Step>,
 }
 
 /// What does not change from one iteration to the next.
@@ -106,6 +101,39 @@ struct Stage<B: AutodiffBackend> {
 struct Batch<B: AutodiffBackend> {
     points: Tensor<B, 2>,
     normals: Option<Tensor<B, 2>>,
+}
+
+/// Steps between two states that training can go back to: few beside a training, and many beside what
+/// a copy costs.
+const SAFE_EVERY: usize = 50;
+
+/// How often the learning rate is halved before training gives up: a rate eight times too high is a
+/// mistake.
+const MOST_HALVINGS: u32 = 3;
+
+/// Gets the trainer as it is after a step, and the step.
+type Observer<'a, B> = dyn FnMut(&Trainer<B>, &Step) -> ControlFlow<()> + 'a;
+
+/// What of a trainer is no tensor.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct TrainerRecord {
+    version: String,
+    pub config: TrainingConfig,
+    normalization: Normalization,
+    points: usize,
+    done: usize,
+    state: StateRecord,
+    safe: StateRecord,
+    starts: StartsRecord,
+}
+
+impl TrainerRecord {
+    pub fn check_version(&self) -> Result<(), CheckpointError> {
+        match self.version == env!("CARGO_PKG_VERSION") {
+            true => Ok(()),
+            false => Err(CheckpointError::Version(self.version.clone())),
+        }
+    }
 }
 
 impl<B: AutodiffBackend> Trainer<B> {
@@ -179,11 +207,20 @@ impl<B: AutodiffBackend> Trainer<B> {
             source,
             flattened,
             stages,
+            safe: state.clone(),
             state,
+            starts: Starts::default(),
             strategies,
+            terms: config.terms.iter().map(TermConfig::term).collect(),
             done: 0,
             config,
         })
+    }
+
+    /// This trainer with another term in its objective. A term of weight 0 is only observed.
+    pub fn with_term(mut self, weight: f64, term: Arc<dyn LossTerm<B>>) -> Self {
+        self.terms.push(AddedTerm { weight, term });
+        self
     }
 
     /// Normalised points as one iteration after the opening sees them. Where they are drawn anew each
@@ -265,7 +302,22 @@ impl<B: AutodiffBackend> Trainer<B> {
                     oriented: source.is_oriented(),
                 }
             });
-        Losses::of(
+        let added = match self.terms.is_empty() {
+            true => Vec::new(),
+            false => self.added(&Evaluated {
+                iteration,
+                points: batch.points.clone(),
+                normals: batch.normals.clone(),
+                deform: deform.clone(),
+                unwrap: unwrap.clone(),
+                flattening: flattening.clone(),
+                normalization: &self.normalization,
+                model: &self.state.model,
+                cut_net,
+                evaluation: &*self.strategies.evaluation,
+            }),
+        };
+        let mut losses = Losses::of(
             objective,
             batch.points,
             batch.normals,
@@ -273,7 +325,21 @@ impl<B: AutodiffBackend> Trainer<B> {
             unwrap,
             flattening,
             &*self.strategies.search,
-        )
+        );
+        losses.terms.extend(added);
+        losses
+    }
+
+    /// The terms that are not the method's.
+    fn added(&self, evaluated: &Evaluated<'_, B>) -> Vec<(Term, Tensor<B, 1>)> {
+        let of = |added: &AddedTerm<B>| {
+            let term = Term::Added {
+                name: added.term.name(),
+                weight: added.weight,
+            };
+            Some((term, added.term.loss(evaluated)?))
+        };
+        self.terms.iter().filter_map(of).collect()
     }
 
     /// The rest of the training; before the first step that is the opening of every start, and then
@@ -281,13 +347,29 @@ impl<B: AutodiffBackend> Trainer<B> {
     /// read and observed, and the last before starts are compared or training ends. Other steps of
     /// the opening have no ℓ_flat.
     ///
+    /// Where a loss is not finite, training goes back some steps and on at half the learning rate, three
+    /// times at most.
+    ///
     /// # Errors
     /// As [`step`](Self::step), if it happens to all starts that are compared or to the best.
     pub fn run(
         &mut self,
         mut observe: impl FnMut(&Step) -> ControlFlow<()>,
     ) -> Result<(), TrainingError> {
-        if self.done == 0 && self.best_start(&mut observe)?.is_break() {
+        self.run_observed(|_, step| observe(step))
+    }
+
+    /// [`run`](Self::run), where `observe` also gets the trainer as it is after the step, for its
+    /// [`checkpoint`](Self::checkpoint).
+    ///
+    /// # Errors
+    /// As [`run`](Self::run).
+    pub fn run_observed(
+        &mut self,
+        mut observe: impl FnMut(&Self, &Step) -> ControlFlow<()>,
+    ) -> Result<(), TrainingError> {
+        let is_fresh = self.done == 0 || self.starts.begun || self.starts.round > 0;
+        if is_fresh && self.best_start(&mut observe)?.is_break() {
             return Ok(());
         }
         let rest = self.config.iterations.saturating_sub(self.state.iteration);
@@ -297,72 +379,169 @@ impl<B: AutodiffBackend> Trainer<B> {
     /// Takes all starts through their rounds, and goes on from the one with the smallest loss.
     fn best_start(
         &mut self,
-        observe: &mut dyn FnMut(&Step) -> ControlFlow<()>,
+        observe: &mut Observer<'_, B>,
     ) -> Result<ControlFlow<()>, TrainingError> {
         let rounds = self.config.rounds();
-        let config = &self.config;
         // Of all terms, and those that training ends with.
-        let [weights, last_weights] =
-            [config.weights.clone(), config.weights_at(config.iterations)];
-        let mut kept: Vec<State<B>> = Vec::new();
-        for (round, &(starts, until)) in rounds.iter().enumerate() {
+        let [weights, last_weights] = [
+            self.config.weights.clone(),
+            self.config.weights_at(self.config.iterations),
+        ];
+        while let Some(&(starts, until)) = rounds.get(self.starts.round) {
             let weights = match until > self.config.opening_iterations() {
                 true => &last_weights,
                 false => &weights,
             };
+            let round = self.starts.round;
             let wanted = rounds.get(round + 1).map_or(1, |&(starts, _)| starts);
-            let mut best: Vec<(f32, State<B>)> = Vec::new();
             let mut outcome = Ok(ControlFlow::Continue(()));
-            for start in 0..starts {
-                match (round, start) {
-                    (0, 0) => {}
-                    (0, _) => self.state = State::new(&self.config, start, &self.device)?,
-                    // One that broke down in the round before is not among them.
-                    (_, _) if start < kept.len() => self.state = kept[start].clone(),
-                    (_, _) => break,
+            while self.starts.start < starts {
+                if !self.starts.begun && !self.begin(round)? {
+                    break;
                 }
-                let mut loss = f32::INFINITY;
-                outcome = self.steps(until - self.state.iteration, &mut |step| {
-                    loss = weights.sum(&step.terms);
-                    observe(step)
-                });
+                outcome = self.steps(until - self.state.iteration, observe);
                 match outcome {
-                    Ok(ControlFlow::Continue(())) => best.push((loss, self.state.clone())),
+                    Ok(ControlFlow::Continue(())) => {
+                        let last = self.state.last.as_ref();
+                        let loss = last.map_or(f32::INFINITY, |step| weights.sum(&step.terms));
+                        self.starts.keep(loss, self.state.clone(), wanted);
+                    }
                     // It may not have come as far as those before.
                     Ok(ControlFlow::Break(())) => break,
                     Err(_) => {}
                 }
-                best.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-                best.truncate(wanted);
+                self.starts.start += 1;
+                self.starts.begun = false;
             }
-            kept = best.into_iter().map(|(_, state)| state).collect();
-            let Some(best) = kept.first() else {
+            let Some((_, best)) = self.starts.best.first() else {
                 return outcome;
             };
             self.state = best.clone();
             if outcome == Ok(ControlFlow::Break(())) {
                 return outcome;
             }
+            self.starts.next_round();
         }
+        self.safe = self.state.clone();
         Ok(ControlFlow::Continue(()))
+    }
+
+    /// Begins the next start of a round; one that broke down in the round before is not among them.
+    fn begin(&mut self, round: usize) -> Result<bool, TrainingError> {
+        let start = self.starts.start;
+        match (round, start) {
+            (0, 0) => {}
+            (0, _) => self.state = State::new(&self.config, start, &self.device)?,
+            _ => match self.starts.kept.get(start) {
+                Some(state) => self.state = state.clone(),
+                None => return Ok(false),
+            },
+        }
+        self.safe = self.state.clone();
+        self.starts.begun = true;
+        Ok(true)
     }
 
     fn steps(
         &mut self,
         count: usize,
-        observe: &mut dyn FnMut(&Step) -> ControlFlow<()>,
+        observe: &mut Observer<'_, B>,
     ) -> Result<ControlFlow<()>, TrainingError> {
         let every = self.strategies.read_every.max(1);
-        for done in 1..=count {
-            if done.is_multiple_of(every) || done == count {
-                if observe(&self.read_step(done == count)?).is_break() {
-                    return Ok(ControlFlow::Break(()));
-                }
-            } else {
+        let until = self.state.iteration + count;
+        let mut done = 0_usize;
+        while self.state.iteration < until {
+            done += 1;
+            let is_last = self.state.iteration + 1 == until;
+            if !done.is_multiple_of(every) && !is_last {
                 self.step_unread();
+                continue;
+            }
+            match self.read_step(is_last) {
+                Ok(step) => {
+                    if observe(self, &step).is_break() {
+                        return Ok(ControlFlow::Break(()));
+                    }
+                }
+                Err(error) if self.safe.halvings >= MOST_HALVINGS => return Err(error),
+                Err(_) => self.go_back(),
             }
         }
         Ok(ControlFlow::Continue(()))
+    }
+
+    /// Goes back to the last safe state, to go on at half the learning rate.
+    fn go_back(&mut self) {
+        self.safe.halvings += 1;
+        self.done -= self.state.iteration - self.safe.iteration;
+        self.state = self.safe.clone();
+    }
+
+    /// The bytes from which [`resumed`](Self::resumed) goes on after the last step.
+    ///
+    /// # Errors
+    /// The container refuses a tensor.
+    pub fn checkpoint(&self) -> Result<Vec<u8>, ModelFileError> {
+        let mut out = Writer::default();
+        let record = self.write("", &mut out);
+        out.finish(&record)
+    }
+
+    /// Writes its tensors under a prefix. Returns all else.
+    pub(crate) fn write(&self, prefix: &str, out: &mut Writer) -> TrainerRecord {
+        TrainerRecord {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            config: self.config.clone(),
+            normalization: self.normalization,
+            points: self.source.count(),
+            done: self.done,
+            state: self.state.write(&format!("{prefix}state"), out),
+            safe: self.safe.write(&format!("{prefix}safe"), out),
+            starts: self.starts.write(&format!("{prefix}starts"), out),
+        }
+    }
+
+    /// This trainer, which has made no step, where [`checkpoint`](Self::checkpoint) left off.
+    ///
+    /// # Errors
+    /// It is no checkpoint, or that of another version, surface or configuration. Of surfaces the size
+    /// and the place are compared, not every point.
+    pub fn resumed(self, checkpoint: &[u8]) -> Result<Self, CheckpointError> {
+        let file = Reader::new(checkpoint)?;
+        let record = file.record()?;
+        self.restored(record, "", &file)
+    }
+
+    /// What [`write`](Self::write) wrote.
+    pub(crate) fn restored(
+        mut self,
+        record: TrainerRecord,
+        prefix: &str,
+        file: &Reader,
+    ) -> Result<Self, CheckpointError> {
+        record.check_version()?;
+        if record.config != self.config {
+            return Err(CheckpointError::Config);
+        }
+        if record.normalization != self.normalization || record.points != self.source.count() {
+            return Err(CheckpointError::Surface);
+        }
+        let (config, device) = (&self.config, &self.device);
+        let added = |added: &AddedTerm<B>| Term::Added {
+            name: added.term.name(),
+            weight: added.weight,
+        };
+        let added: Vec<Term> = self.terms.iter().map(added).collect();
+        let state = |record, name: &str| {
+            let name = format!("{prefix}{name}");
+            State::read(config, record, &name, &added, file, device)
+        };
+        self.state = state(record.state, "state")?;
+        self.safe = state(record.safe, "safe")?;
+        let name = format!("{prefix}starts");
+        self.starts = Starts::read(config, record.starts, &name, &added, file, device)?;
+        self.done = record.done;
+        Ok(self)
     }
 
     /// One optimiser step. The learning rate follows its cosine for the configured number of
@@ -382,6 +561,9 @@ impl<B: AutodiffBackend> Trainer<B> {
         let step = self.read(&losses)?;
         self.state.last_good = self.state.model.clone();
         self.state.last = Some(step.clone());
+        if self.state.iteration >= self.safe.iteration + SAFE_EVERY {
+            self.safe = self.state.clone();
+        }
         self.descend(losses);
         Ok(step)
     }
@@ -402,11 +584,8 @@ impl<B: AutodiffBackend> Trainer<B> {
     fn descend(&mut self, losses: Losses<B>) {
         let weights = self.config.weights_at(self.state.iteration);
         let gradients = losses.total(&weights).backward();
-        let state = &mut self.state;
-        let gradients = GradientsParams::from_grads(gradients, &state.model);
-        let rate = state.schedule.step();
-        state.model = state.optimizer.step(rate, state.model.clone(), gradients);
-        state.iteration += 1;
+        let gradients = GradientsParams::from_grads(gradients, &self.state.model);
+        self.state.descend(gradients);
         self.done += 1;
     }
 
@@ -443,7 +622,7 @@ impl<B: AutodiffBackend> Trainer<B> {
             .chain([total])
             .collect();
         let values: Vec<f32> = Tensor::cat(scalars, 0).into_data().iter::<f32>().collect();
-        let terms: Vec<(LossTerm, f32)> = losses
+        let terms: Vec<(Term, f32)> = losses
             .terms
             .iter()
             .map(|(term, _)| *term)
@@ -468,40 +647,6 @@ impl<B: AutodiffBackend> Trainer<B> {
             before: self.done,
             total,
             terms,
-        })
-    }
-}
-
-/// Tells the seeds of the starts from those that users count up.
-const SEED_OF_START: u64 = 0x9e37_79b9_7f4a_7c15;
-
-impl<B: AutodiffBackend> State<B> {
-    /// Fresh weights; the first start has the configured seed.
-    fn new(
-        config: &TrainingConfig,
-        start: usize,
-        device: &B::Device,
-    ) -> Result<Self, TrainingError> {
-        let seed = SEED_OF_START.wrapping_mul(start as u64);
-        let model = config
-            .networks
-            .init::<B>(device, config.seed.wrapping_add(seed));
-        let schedule = CosineAnnealingLrSchedulerConfig::new(
-            config.learning_rate,
-            config.iterations.max(2) - 1,
-        )
-        .with_min_lr(config.final_learning_rate)
-        .init()
-        .map_err(|_| TrainingError::Config("learning rates must lie in (0, 1]"))?;
-        Ok(Self {
-            last_good: model.clone(),
-            model,
-            optimizer: Optimizer::new(config.optimizer, config.weight_decay),
-            schedule,
-            // Other numbers than those that a fixed sample was drawn by.
-            rng: Pcg64::seed_from_u64(!config.seed.wrapping_add(seed)),
-            iteration: 0,
-            last: None,
         })
     }
 }

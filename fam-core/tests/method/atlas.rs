@@ -55,6 +55,7 @@ fn run(
         division,
         &Default::default(),
         Strategies::tiled(),
+        None,
         observe,
     )
     .unwrap()
@@ -237,6 +238,7 @@ fn a_cloud_is_one_component() {
         Division::default(),
         &Default::default(),
         Strategies::tiled(),
+        None,
         |_| ControlFlow::Continue(()),
     )
     .unwrap();

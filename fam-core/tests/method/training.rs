@@ -6,7 +6,10 @@ use std::sync::{Arc, Mutex};
 use burn::tensor::{Int, Tensor, backend::Backend};
 use burn_autodiff::Autodiff;
 use burn_ndarray::NdArray;
-use fam_core::losses::{LossTerm, LossWeights, Objective};
+use fam_core::losses::{
+    Evaluated, Isometry, Landmarks, LossTerm, LossWeights, Mips, Objective, Term, TermConfig,
+    TermKind,
+};
 use fam_core::map::TrainedMap;
 use fam_core::neighbors::{KdTree, NeighborSearch};
 use fam_core::networks::FlattenAnythingConfig;
@@ -55,7 +58,7 @@ fn measure(map: &TrainedMap<NdArray>, mesh: &TriangleMesh) -> Metrics {
     Metrics::measure(mesh, &uvs).unwrap()
 }
 
-fn term(step: &Step, wanted: LossTerm) -> f32 {
+fn term(step: &Step, wanted: Term) -> f32 {
     step.terms
         .iter()
         .find(|(term, _)| *term == wanted)
@@ -68,7 +71,7 @@ fn reaches(mesh: TriangleMesh, iterations: usize, conformality: f64, wrap: f32) 
     let surface = Surface::Mesh(mesh.clone());
     let (map, last) = run(small(iterations), &surface);
     let metrics = measure(&map, &mesh);
-    let wrapped = term(&last, LossTerm::Wrap);
+    let wrapped = term(&last, Term::Wrap);
     println!("conformality {}, wrap {wrapped}", metrics.conformality);
     assert!(
         metrics.conformality < conformality,
@@ -107,7 +110,7 @@ fn point_cloud() {
     let cloud = Surface::PointCloud(PointCloud::new(positions, None).unwrap());
     let (map, last) = run(small(300), &cloud);
     let metrics = measure(&map, &sheet);
-    let wrapped = term(&last, LossTerm::Wrap);
+    let wrapped = term(&last, Term::Wrap);
     println!("conformality {}, wrap {wrapped}", metrics.conformality);
     assert!(
         metrics.conformality < 0.1,
@@ -118,7 +121,7 @@ fn point_cloud() {
     assert!(
         last.terms
             .iter()
-            .all(|(term, _)| *term != LossTerm::CycleNormals)
+            .all(|(term, _)| *term != Term::CycleNormals)
     );
 }
 
@@ -212,9 +215,7 @@ fn flattening_is_a_term_where_it_has_a_weight() {
     let surface = Surface::Mesh(shapes::torus(1.0, 0.4, 30, 16));
     let has_it = |config| {
         let (_, last) = run(config, &surface);
-        last.terms
-            .iter()
-            .any(|(term, _)| *term == LossTerm::Flattening)
+        last.terms.iter().any(|(term, _)| *term == Term::Flattening)
     };
     assert!(has_it(small(1)));
     assert!(!has_it(TrainingConfig {
@@ -232,7 +233,7 @@ fn the_flattening_of_a_mesh_has_one_side_up() {
     let [of_mesh, of_cloud] = [Surface::Mesh(mesh), Surface::PointCloud(cloud)].map(|surface| {
         let device = Default::default();
         let mut trainer = Trainer::<Cpu>::new(small(1), &surface, &device).unwrap();
-        term(&trainer.step().unwrap(), LossTerm::Flattening)
+        term(&trainer.step().unwrap(), Term::Flattening)
     });
     assert!(of_mesh > of_cloud + 0.1, "{of_mesh} {of_cloud}");
 }
@@ -316,18 +317,12 @@ fn every_variant_trains() {
         let (map, last) = run(config.clone(), &surface);
         assert!(last.total.is_finite(), "{config:?}");
         let has = |wanted| last.terms.iter().any(|(term, _)| *term == wanted);
-        assert_eq!(
-            has(LossTerm::Wrap),
-            config.without != Ablation::DeformBranch
-        );
-        assert_eq!(
-            has(LossTerm::Unwrap),
-            config.without != Ablation::UnwrapBranch
-        );
+        assert_eq!(has(Term::Wrap), config.without != Ablation::DeformBranch);
+        assert_eq!(has(Term::Unwrap), config.without != Ablation::UnwrapBranch);
         let with_normals = config.normals && config.without != Ablation::UnwrapBranch;
-        assert_eq!(has(LossTerm::CycleNormals), with_normals);
+        assert_eq!(has(Term::CycleNormals), with_normals);
         let on_g = config.objective == Objective::Paper && config.without != Ablation::DeformBranch;
-        assert_eq!(has(LossTerm::ConformalityG), on_g);
+        assert_eq!(has(Term::ConformalityG), on_g);
         assert!(
             map.uvs(surface.positions())
                 .iter()
@@ -470,7 +465,7 @@ fn a_surface_is_opened_with_fewer_points_and_without_flattening() {
             Trainer::<Cpu>::with_strategies(config, &surface, &device, strategies).unwrap();
         let mut flattened = Vec::new();
         let observe = |step: &Step| {
-            flattened.push(step.terms.iter().any(|(t, _)| *t == LossTerm::Flattening));
+            flattened.push(step.terms.iter().any(|(t, _)| *t == Term::Flattening));
             ControlFlow::Continue(())
         };
         trainer.run(observe).unwrap();
@@ -572,4 +567,225 @@ fn a_start_that_is_broken_off_does_not_take_the_place_of_a_better_one() {
     };
     // The first start to its end, and the second as it begins.
     assert_eq!(until(29), until(31));
+}
+
+/// What a term comes to on a curved sheet, with a weight or only observed.
+fn with_term(weight: f64, added: Arc<dyn LossTerm<Cpu>>) -> f32 {
+    let config = TrainingConfig {
+        starts: 1,
+        ..small(120)
+    };
+    let surface = Surface::Mesh(shapes::draped_cloth(16, 12));
+    let name = added.name();
+    let device = Default::default();
+    let trainer = Trainer::<Cpu>::with_strategies(config, &surface, &device, Strategies::tiled());
+    let mut trainer = trainer.unwrap().with_term(weight, added);
+    trainer.run(|_| ControlFlow::Continue(())).unwrap();
+    term(trainer.last_step().unwrap(), Term::Added { name, weight })
+}
+
+#[test]
+fn terms_that_are_added_are_minimised() {
+    let cloth = shapes::draped_cloth(16, 12);
+    let ends = [0, 16, cloth.positions().len() - 1];
+    let ends = ends.map(|v| cloth.positions()[v]).to_vec();
+    let uvs = vec![[1.0, 0.5], [0.5, 0.0], [0.0, 0.5]];
+    // Weights, and the least that a term can come to.
+    let terms: [(f64, f32, Arc<dyn LossTerm<Cpu>>); 3] = [
+        (0.1, 1.98, Arc::new(Mips)),
+        (0.1, 0.0, Arc::new(Isometry)),
+        (1.0, 0.0, Arc::new(Landmarks::new(ends, uvs))),
+    ];
+    for (weight, least, term) in terms {
+        let (with, without) = (
+            with_term(weight, term.clone()),
+            with_term(0.0, term.clone()),
+        );
+        assert!(
+            with - least < 0.7 * (without - least),
+            "{}: {with} {without}",
+            term.name()
+        );
+    }
+}
+
+/// One that is named in a configuration is the same.
+#[test]
+fn terms_of_a_configuration_are_those_of_the_caller() {
+    let surface = Surface::Mesh(shapes::torus(1.0, 0.4, 16, 8));
+    let config = small(3);
+    let named = TrainingConfig {
+        terms: vec![TermConfig {
+            weight: 0.1,
+            kind: TermKind::Mips,
+        }],
+        ..config.clone()
+    };
+    let device = Default::default();
+    let mut by_name = Trainer::<Cpu>::new(named, &surface, &device).unwrap();
+    let mut by_caller = Trainer::<Cpu>::new(config.clone(), &surface, &device)
+        .unwrap()
+        .with_term(0.1, Arc::new(Mips));
+    let mut without = Trainer::<Cpu>::new(config, &surface, &device).unwrap();
+    for _ in 0..3 {
+        assert_eq!(by_name.step().unwrap(), by_caller.step().unwrap());
+        without.step().unwrap();
+    }
+    assert_ne!(by_name.step().unwrap().total, without.step().unwrap().total);
+}
+
+/// A term that is no number ends training with its own name.
+#[test]
+fn a_term_that_breaks_down_is_named() {
+    struct Broken;
+    impl LossTerm<Cpu> for Broken {
+        fn name(&self) -> &'static str {
+            "broken"
+        }
+        fn loss(&self, evaluated: &Evaluated<'_, Cpu>) -> Option<Tensor<Cpu, 1>> {
+            let q = evaluated.unwrap.as_ref()?.q.clone();
+            Some(q.mean() * f32::NAN)
+        }
+    }
+    let surface = Surface::Mesh(shapes::torus(1.0, 0.4, 16, 8));
+    let trainer = Trainer::<Cpu>::new(small(3), &surface, &Default::default()).unwrap();
+    let error = trainer.with_term(1.0, Arc::new(Broken)).step().unwrap_err();
+    assert!(
+        error.to_string().contains("term broken became NaN"),
+        "{error}"
+    );
+}
+
+/// The weights of a trained map, as bytes.
+fn finished(trainer: Trainer<Cpu>, surface: &Surface) -> Vec<u8> {
+    let (map, outcome) = trainer.finish(surface);
+    outcome.unwrap();
+    map.to_safetensors().unwrap()
+}
+
+/// Wherever it is interrupted: while starts open the surface, while the best two go on, and later.
+#[test]
+fn training_goes_on_from_a_checkpoint_as_if_it_had_not_been_interrupted() {
+    let surface = Surface::Mesh(shapes::torus(1.0, 0.4, 24, 12));
+    for (optimizer, starts) in [(OptimizerKind::Soap, 3), (OptimizerKind::AdamW, 1)] {
+        let config = TrainingConfig {
+            optimizer,
+            starts,
+            sampling: Sampling::Vertices,
+            networks: FlattenAnythingConfig::new().with_width(32).with_latent(8),
+            ..small(40)
+        };
+        let fresh = || {
+            let device = Default::default();
+            let strategies = Strategies::tiled();
+            Trainer::<Cpu>::with_strategies(config.clone(), &surface, &device, strategies).unwrap()
+        };
+        let mut whole = fresh();
+        let mut steps = Vec::new();
+        let observe = |step: &Step| {
+            steps.push(step.clone());
+            ControlFlow::Continue(())
+        };
+        whole.run(observe).unwrap();
+        let expected = finished(whole, &surface);
+        let last = steps.len() - 1;
+        for stop in [0, 7, 17, 20, 29, 35, last] {
+            let mut checkpoint = Vec::new();
+            let mut observed = 0;
+            let mut first = fresh();
+            first
+                .run_observed(|trainer, _| {
+                    observed += 1;
+                    if observed == stop + 1 {
+                        checkpoint = trainer.checkpoint().unwrap();
+                        return ControlFlow::Break(());
+                    }
+                    ControlFlow::Continue(())
+                })
+                .unwrap();
+            let mut second = fresh().resumed(&checkpoint).unwrap();
+            let mut rest = Vec::new();
+            let observe = |step: &Step| {
+                rest.push(step.clone());
+                ControlFlow::Continue(())
+            };
+            second.run(observe).unwrap();
+            assert_eq!(rest, steps[stop + 1..], "{optimizer:?} after {stop}");
+            assert!(
+                finished(second, &surface) == expected,
+                "{optimizer:?} after {stop}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_checkpoint_of_something_else_is_refused() {
+    let torus = Surface::Mesh(shapes::torus(1.0, 0.4, 24, 12));
+    let device = Default::default();
+    let fresh = |config, surface: &Surface| Trainer::<Cpu>::new(config, surface, &device).unwrap();
+    let mut trainer = fresh(small(60), &torus);
+    trainer.step().unwrap();
+    let bytes = trainer.checkpoint().unwrap();
+    let refused = |config, surface: &Surface, bytes: &[u8]| {
+        let resumed = fresh(config, surface).resumed(bytes);
+        resumed.err().unwrap().to_string()
+    };
+    let other = Surface::Mesh(shapes::torus(1.0, 0.3, 24, 12));
+    assert!(refused(small(60), &other, &bytes).contains("another surface"));
+    assert!(refused(small(61), &torus, &bytes).contains("another configuration"));
+    let model = finished(fresh(small(60), &torus), &torus);
+    assert!(
+        refused(small(60), &torus, &model).contains("no model"),
+        "{}",
+        refused(small(60), &torus, &model)
+    );
+    for length in [0, 7, 1000, bytes.len() - 1] {
+        refused(small(60), &torus, &bytes[..length]);
+    }
+}
+
+/// A term that is not finite as often as it says, from an iteration on.
+struct Breaking {
+    times: std::sync::atomic::AtomicUsize,
+}
+
+impl LossTerm<Cpu> for Breaking {
+    fn name(&self) -> &'static str {
+        "breaking"
+    }
+
+    fn loss(&self, evaluated: &Evaluated<'_, Cpu>) -> Option<Tensor<Cpu, 1>> {
+        use std::sync::atomic::Ordering;
+        let q = evaluated.unwrap.as_ref()?.q.clone();
+        let breaks = evaluated.iteration == 70
+            && self
+                .times
+                .fetch_update(Ordering::Relaxed, Ordering::Relaxed, |n| n.checked_sub(1))
+                .is_ok();
+        Some(q.mean() * if breaks { f32::NAN } else { 0.0 })
+    }
+}
+
+#[test]
+fn training_that_breaks_down_goes_back_three_times_at_most() {
+    let surface = Surface::Mesh(shapes::torus(1.0, 0.4, 24, 12));
+    let config = TrainingConfig {
+        starts: 1,
+        ..small(80)
+    };
+    for (times, expected_steps) in [(0, 80), (1, 100), (3, 140), (4, 130)] {
+        let trainer = Trainer::<Cpu>::new(config.clone(), &surface, &Default::default()).unwrap();
+        let term = Breaking {
+            times: times.into(),
+        };
+        let mut trainer = trainer.with_term(1.0, Arc::new(term));
+        let mut steps = 0;
+        let outcome = trainer.run(|_| {
+            steps += 1;
+            ControlFlow::Continue(())
+        });
+        assert_eq!(steps, expected_steps, "{times}");
+        assert_eq!(outcome.is_err(), times > 3);
+    }
 }

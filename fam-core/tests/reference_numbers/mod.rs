@@ -7,7 +7,7 @@ use burn::tensor::{Tensor, TensorData, backend::AutodiffBackend};
 use fam_core::evaluation::Evaluation;
 use fam_core::jacobian::{FirstFundamentalForm, Jacobian, JacobianMode};
 use fam_core::losses::{
-    LossTerm, LossWeights, Losses, Objective, bounding_box_normalized, bounding_box_side,
+    LossWeights, Losses, Objective, Term, bounding_box_normalized, bounding_box_side,
     chamfer_distance, repulsion_threshold,
 };
 use fam_core::neighbors::{KdTree, NeighborSearch};
@@ -133,17 +133,17 @@ pub fn matches<B: AutodiffBackend>(
     );
     for (term, value) in &losses.terms {
         let name = match (term, objective) {
-            (LossTerm::Wrap, _) => "wrap",
-            (LossTerm::Unwrap, Objective::Paper) => "unwrap_mean",
-            (LossTerm::Unwrap, Objective::Reference) => "repulsion_q",
-            (LossTerm::UnwrapQHat, _) => "repulsion_q_hat",
-            (LossTerm::UnwrapQHatCycle, _) => "repulsion_q_hat_cycle",
-            (LossTerm::CyclePoints, _) => "cycle_points",
-            (LossTerm::CycleUv, _) => "cycle_uv",
-            (LossTerm::CycleNormals, _) => "cycle_normals",
-            (LossTerm::ConformalityF, _) => "conformal_f",
-            (LossTerm::ConformalityG, _) => "conformal_g",
-            (LossTerm::Flattening, _) => panic!("the reference has no such term"),
+            (Term::Wrap, _) => "wrap",
+            (Term::Unwrap, Objective::Paper) => "unwrap_mean",
+            (Term::Unwrap, Objective::Reference) => "repulsion_q",
+            (Term::UnwrapQHat, _) => "repulsion_q_hat",
+            (Term::UnwrapQHatCycle, _) => "repulsion_q_hat_cycle",
+            (Term::CyclePoints, _) => "cycle_points",
+            (Term::CycleUv, _) => "cycle_uv",
+            (Term::CycleNormals, _) => "cycle_normals",
+            (Term::ConformalityF, _) => "conformal_f",
+            (Term::ConformalityG, _) => "conformal_g",
+            (Term::Flattening | Term::Added { .. }, _) => panic!("the reference has no such term"),
         };
         reference.check(&format!("loss.{name}"), &host(value));
     }

@@ -183,6 +183,7 @@ impl Job for Train<'_, '_> {
             SeamRule::Spacing,
             device,
             strategies,
+            None,
             |now| self.progress.show(Progress::Training { steps, now }),
         )?;
         let flattened = trained.flattened;

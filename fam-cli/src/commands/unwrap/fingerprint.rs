@@ -20,6 +20,18 @@ impl Content {
         Ok(Self(hasher))
     }
 
+    /// That of a document and the files that it refers to; of the built-in sample without a path. None
+    /// if it cannot be read twice.
+    pub fn of_document(path: Option<&Path>, document: &Document) -> Result<Option<Self>, Failure> {
+        let mut content = match path {
+            None => Self(Sha256::new()),
+            Some(path) if path.is_file() => Self::of(path)?,
+            Some(_) => return Ok(None),
+        };
+        content.add_companions(document)?;
+        Ok(Some(content))
+    }
+
     /// Adds the files that a document refers to.
     pub fn add_companions(&mut self, document: &Document) -> Result<(), Failure> {
         for companion in document.companions() {

@@ -1,4 +1,5 @@
 mod batch;
+mod checkpoints;
 mod fingerprint;
 mod run;
 mod summary;

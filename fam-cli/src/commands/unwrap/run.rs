@@ -1,4 +1,5 @@
 use std::io::{ErrorKind, Write};
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -12,6 +13,8 @@ use fam_core::training::{Strategies, TrainingError};
 use fam_io::{Document, Format, WriteOptions};
 use fam_surface::{Duplicates, Surface};
 
+use super::checkpoints::Checkpoints;
+use super::fingerprint::Content;
 use super::summary::Summary;
 use crate::args;
 use crate::args::BackendName;
@@ -35,6 +38,17 @@ pub struct Run {
     pub progress: ProgressMode,
     /// Held while results are written.
     pub writing: Arc<Mutex<()>>,
+}
+
+/// Where a document comes from.
+pub struct Source<'a> {
+    /// As messages name it.
+    pub name: &'a str,
+    pub path: Option<&'a Path>,
+    /// What it was read from, unless that cannot be read twice.
+    pub content: Option<&'a Content>,
+    /// Of the content and all that shapes the result, where it is to be told from others.
+    pub fingerprint: Option<&'a str>,
 }
 
 /// A file that was unwrapped and written.
@@ -87,7 +101,14 @@ impl Run {
         let folder = self.arguments.out.clone();
         let folder = folder.unwrap_or_else(|| PathBuf::from(format!("{stem}.fam")));
         let output = self.output(document, stem, &folder);
-        let done = self.one(document, input, path, &output, None)?;
+        let content = Content::of_document(path, document)?;
+        let source = Source {
+            name: input,
+            path,
+            content: content.as_ref(),
+            fingerprint: None,
+        };
+        let done = self.one(document, &source, &output)?;
         match done.error {
             Some(error) => Err(Failure::Work(format!(
                 "{input}: {error}; the last good weights were written"
@@ -116,12 +137,11 @@ impl Run {
     pub fn one(
         &self,
         document: &Document,
-        input: &str,
-        path: Option<&Path>,
+        source: &Source,
         output: &Output,
-        fingerprint: Option<&str>,
     ) -> Result<Done, Failure> {
         let arguments = &self.arguments;
+        let input = source.name;
         let folder = output.folder.as_path();
         let existed = folder.exists();
         let surface = document.surface();
@@ -135,7 +155,7 @@ impl Run {
             Used::Neural => Some(Backend::choose(arguments.backend)?),
         };
         output
-            .prepare(document, path)
+            .prepare(document, source.path)
             .map_err(|failure| failure.of(input))?;
         if self.progress == ProgressMode::Terminal {
             let how = match &backend {
@@ -147,6 +167,14 @@ impl Run {
                 print_line(&summary);
             }
         }
+        let mut checkpoints = match (&backend, source.content) {
+            (Some(backend), Some(content)) => Some(self.checkpoints(content, backend, folder)?),
+            _ => None,
+        };
+        let resume = match &checkpoints {
+            Some(checkpoints) if arguments.resume => checkpoints.found()?,
+            _ => None,
+        };
         let options = Options {
             method: self.config.method,
             training: self.config.training.clone(),
@@ -162,12 +190,13 @@ impl Run {
             seam_rule: arguments.seam_rule.into(),
             time_budget: arguments.time_budget,
             marks: marked.marks.clone(),
+            resume,
         };
         for warning in document.warnings() {
             print_line(&format!("warning: {input}: {warning}"));
         }
         let unwrapped = self
-            .unwrapped(surface, &options, backend.as_ref())
+            .unwrapped(surface, &options, backend.as_ref(), checkpoints.as_mut())
             .map_err(|error| {
                 if !existed {
                     // Only goes if it is empty.
@@ -191,9 +220,12 @@ impl Run {
             unwrapped: &unwrapped,
             report: &report,
             config_toml: &config_toml,
-            fingerprint: fingerprint.filter(|_| complete),
+            fingerprint: source.fingerprint.filter(|_| complete),
         })?;
         drop(writing);
+        if let Some(checkpoints) = checkpoints.filter(|_| !interrupted) {
+            checkpoints.remove();
+        }
         for warning in report.warnings() {
             print_line(&format!("warning: {input}: {warning}"));
         }
@@ -228,6 +260,7 @@ impl Run {
         surface: &Surface,
         options: &Options,
         backend: Option<&Backend>,
+        checkpoints: Option<&mut Checkpoints>,
     ) -> Result<Unwrapped<Vec<u8>>, UnwrapError> {
         let mut progress = UnwrapProgress::new(self.progress, &self.stop);
         let unwrapped = match backend {
@@ -236,6 +269,7 @@ impl Run {
                 surface,
                 options,
                 progress: &mut progress,
+                checkpoints,
             }),
         };
         progress.end();
@@ -248,18 +282,33 @@ struct Neural<'a, 'p> {
     surface: &'a Surface,
     options: &'a Options,
     progress: &'a mut UnwrapProgress<'p>,
+    checkpoints: Option<&'a mut Checkpoints>,
+}
+
+impl Neural<'_, '_> {
+    /// After a step.
+    fn observe(&mut self, now: fam::Progress) -> ControlFlow<()> {
+        let flow = self.progress.show(now);
+        if let (fam::Progress::Training { now, .. }, Some(checkpoints)) =
+            (now, &mut self.checkpoints)
+        {
+            checkpoints.save(&now.checkpoint, flow.is_break());
+        }
+        flow
+    }
 }
 
 impl Job for Neural<'_, '_> {
     type Output = Result<Unwrapped<Vec<u8>>, UnwrapError>;
 
     fn run<B: AutodiffBackend>(
-        self,
+        mut self,
         device: &B::Device,
         strategies: Strategies<B>,
     ) -> Self::Output {
-        let mut observe = |now: fam::Progress<'_>| self.progress.show(now);
-        let unwrapped = unwrap::<B>(self.surface, self.options, device, strategies, &mut observe)?;
+        let (surface, options) = (self.surface, self.options);
+        let mut observe = |now: fam::Progress<'_>| self.observe(now);
+        let unwrapped = unwrap::<B>(surface, options, device, strategies, &mut observe)?;
         Ok(unwrapped.try_map(|atlas| atlas.to_safetensors())?)
     }
 }

@@ -9,7 +9,7 @@ use fam_io::Document;
 use serde::{Deserialize, Serialize};
 
 use super::fingerprint::Content;
-use super::run::Run;
+use super::run::{Run, Source};
 use super::stem;
 use crate::args;
 use crate::config::Config;
@@ -93,7 +93,13 @@ impl Run {
                 ..Outcome::new(State::Done, String::from("done before"))
             });
         }
-        let done = self.one(document, &input, Some(path), &output, fingerprint)?;
+        let source = Source {
+            name: &input,
+            path: Some(path),
+            content,
+            fingerprint,
+        };
+        let done = self.one(document, &source, &output)?;
         let (state, message) = match done.error {
             Some(error) => (State::Failed, format!("{input}: {error}")),
             None if done.interrupted => (State::Interrupted, String::new()),

@@ -5,12 +5,13 @@ mod moments;
 use std::collections::HashMap;
 use std::mem;
 
-use burn::module::{AutodiffModule, ModuleMapper, ModuleVisitor, Param, ParamId};
+use burn::module::{AutodiffModule, Module, ModuleMapper, ModuleVisitor, Param, ParamId};
 use burn::optim::GradientsParams;
-use burn::tensor::backend::AutodiffBackend;
+use burn::tensor::backend::{AutodiffBackend, Backend};
 use burn::tensor::{Tensor, TensorData, Transaction};
 use rayon::prelude::*;
 
+use super::checkpoint::{CheckpointError, Reader, Writer};
 use moments::Moments;
 
 /// SOAP (Vyas et al., *Improving and Stabilizing Shampoo using Adam*, 2024): Adam, for matrices in
@@ -82,6 +83,49 @@ impl Soap {
         }
         model.map(&mut write)
     }
+}
+
+impl Soap {
+    /// Writes the state of every parameter of a model, under `prefix` and its number.
+    pub(super) fn write<B: Backend, M: Module<B>>(
+        &self,
+        model: &M,
+        prefix: &str,
+        out: &mut Writer,
+    ) {
+        for (number, (id, _)) in parameters(model).into_iter().enumerate() {
+            if let Some(moments) = self.moments.get(&id) {
+                moments.write(&format!("{prefix}.{number}"), out);
+            }
+        }
+    }
+
+    /// This optimiser with the states of the parameters of a model that were written.
+    pub(super) fn with_states<B: Backend, M: Module<B>>(
+        mut self,
+        model: &M,
+        prefix: &str,
+        file: &Reader,
+    ) -> Result<Self, CheckpointError> {
+        for (number, (id, shape)) in parameters(model).into_iter().enumerate() {
+            let moments = Moments::read(&format!("{prefix}.{number}"), &shape, file)?;
+            self.moments.extend(moments.map(|moments| (id, moments)));
+        }
+        Ok(self)
+    }
+}
+
+/// The parameters of a model, in its order, with their shapes.
+fn parameters<B: Backend, M: Module<B>>(model: &M) -> Vec<(ParamId, Vec<usize>)> {
+    struct List(Vec<(ParamId, Vec<usize>)>);
+    impl<B: Backend> ModuleVisitor<B> for List {
+        fn visit_float<const D: usize>(&mut self, parameter: &Param<Tensor<B, D>>) {
+            self.0.push((parameter.id, parameter.shape().to_vec()));
+        }
+    }
+    let mut list = List(Vec::new());
+    model.visit(&mut list);
+    list.0
 }
 
 fn on_host(data: &TensorData) -> Vec<f32> {

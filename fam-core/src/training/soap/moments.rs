@@ -1,6 +1,8 @@
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 
+use crate::training::checkpoint::{CheckpointError, Reader, Writer};
+
 /// β₁ and β₂, of the running means of gradients, of their squares and of their products: short
 /// memories, as suit a thousand steps.
 pub(super) const BETA: f32 = 0.95;
@@ -10,6 +12,9 @@ pub(super) const EPSILON: f32 = 1e-8;
 
 /// Steps between two turns of the bases, as in the authors' program.
 const TURN_EVERY: i32 = 10;
+
+/// Names of the bases of columns and rows in checkpoints.
+const SIDES: [&str; 2] = ["columns", "rows"];
 
 /// Running means of one parameter, whose values are taken in the order in which tensors have them.
 #[derive(Debug, Clone)]
@@ -55,6 +60,61 @@ impl Moments {
                 _ => Sides::None,
             },
         }
+    }
+
+    /// Writes them under a name.
+    pub fn write(&self, name: &str, out: &mut Writer) {
+        // Whole numbers of training are exact in 32 bits.
+        out.put(format!("{name}.time"), vec![1], &[self.time as f32]);
+        out.put(format!("{name}.mean"), vec![self.mean.len()], &self.mean);
+        out.put(
+            format!("{name}.square"),
+            vec![self.square.len()],
+            &self.square,
+        );
+        if let Sides::Known(bases) = &self.sides {
+            for (side, basis) in SIDES.iter().zip(&**bases) {
+                for (what, matrix) in [("products", &basis.products), ("vectors", &basis.vectors)] {
+                    let values: Vec<f32> =
+                        matrix.col_iter().flat_map(|c| c.iter().copied()).collect();
+                    out.put(format!("{name}.{side}.{what}"), vec![values.len()], &values);
+                }
+            }
+        }
+    }
+
+    /// Those of a parameter of a shape that were written under a name, if any were.
+    pub fn read(
+        name: &str,
+        shape: &[usize],
+        file: &Reader,
+    ) -> Result<Option<Self>, CheckpointError> {
+        let mut moments = Self::new(shape);
+        let (time, count) = (format!("{name}.time"), moments.mean.len());
+        if !file.has(&time) {
+            return Ok(None);
+        }
+        moments.time = file.get(&time, &[1])?[0] as i32;
+        moments.mean = file.get(&format!("{name}.mean"), &[count])?;
+        moments.square = file.get(&format!("{name}.square"), &[count])?;
+        if let Sides::Unknown(sides) = moments.sides
+            && file.has(&format!("{name}.{}.products", SIDES[0]))
+        {
+            let basis = |k: usize| -> Result<Basis, CheckpointError> {
+                let n = sides[k];
+                let matrix = |what: &str| -> Result<Mat<f32>, CheckpointError> {
+                    let name = format!("{name}.{}.{what}", SIDES[k]);
+                    let values = file.get(&name, &[n * n])?;
+                    Ok(MatRef::from_column_major_slice(&values, n, n).to_owned())
+                };
+                Ok(Basis {
+                    products: matrix("products")?,
+                    vectors: matrix("vectors")?,
+                })
+            };
+            moments.sides = Sides::Known(Box::new([basis(0)?, basis(1)?]));
+        }
+        Ok(Some(moments))
     }
 
     /// Takes a gradient into account. Returns the step against it, of a learning rate of 1: none

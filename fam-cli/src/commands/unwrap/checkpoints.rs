@@ -1,0 +1,121 @@
+//! The checkpoint of a training, in the folder of its results.
+
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use fam_core::atlas::{Checkpoint, Checkpointer};
+use fam_io::atomic::write_atomically;
+use serde::{Deserialize, Serialize};
+
+use super::fingerprint::Content;
+use super::run::Run;
+use crate::backend::Backend;
+use crate::failure::Failure;
+use crate::terminal::print_line;
+
+/// The file.
+const NAME: &str = "checkpoint.safetensors";
+
+/// What a training is of.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+struct Label {
+    /// SHA-256 of the input.
+    input: String,
+    /// All that shapes the trained map.
+    options: String,
+}
+
+/// Saves a training while it runs.
+pub struct Checkpoints {
+    path: PathBuf,
+    label: Label,
+    every: Duration,
+    /// When the last one was saved, or training began.
+    last: Instant,
+    /// Whether one could not be saved, which is said once.
+    failed: bool,
+}
+
+impl Run {
+    /// The checkpoints of a training with these options.
+    pub fn checkpoints(
+        &self,
+        content: &Content,
+        backend: &Backend,
+        folder: &Path,
+    ) -> Result<Checkpoints, Failure> {
+        let arguments = &self.arguments;
+        let training = serde_json::to_string(&self.config.training).map_err(Failure::work)?;
+        Ok(Checkpoints {
+            path: folder.join(NAME),
+            label: Label {
+                input: content.hash(),
+                options: format!(
+                    "{training} {} {} {:?} {}",
+                    arguments.per_material,
+                    arguments.separate_duplicates,
+                    arguments.time_budget,
+                    backend.name(),
+                ),
+            },
+            every: arguments.checkpoint_every,
+            last: Instant::now(),
+            failed: false,
+        })
+    }
+}
+
+impl Checkpoints {
+    /// The one that an earlier run left, if there is one.
+    pub fn found(&self) -> Result<Option<Checkpoint>, Failure> {
+        let fail = |reason: String| {
+            let path = self.path.display();
+            let advice = "without --resume, training begins anew";
+            Failure::input(format!("{path}: {reason}; {advice}"))
+        };
+        let bytes = match std::fs::read(&self.path) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+            read => read.map_err(|error| fail(error.to_string()))?,
+        };
+        let checkpoint = Checkpoint::read(bytes).map_err(|error| fail(error.to_string()))?;
+        let label: Label = serde_json::from_str(checkpoint.label())
+            .map_err(|_| fail(String::from("another program wrote it")))?;
+        if label.input != self.label.input {
+            return Err(fail(String::from("the input has changed since")));
+        }
+        if label.options != self.label.options {
+            return Err(fail(String::from(
+                "training had other options, or another backend",
+            )));
+        }
+        Ok(Some(checkpoint))
+    }
+
+    /// After a step; `is_last` if training is broken off.
+    pub fn save(&mut self, checkpoint: &Checkpointer, is_last: bool) {
+        if !is_last && self.last.elapsed() < self.every {
+            return;
+        }
+        if let Err(error) = self.write(checkpoint)
+            && !self.failed
+        {
+            // The training is worth more than what would save it.
+            print_line(&format!("warning: there is no checkpoint: {error}"));
+            self.failed = true;
+        }
+        self.last = Instant::now();
+    }
+
+    fn write(&self, checkpoint: &Checkpointer) -> Result<(), Failure> {
+        let label = serde_json::to_string(&self.label).map_err(Failure::work)?;
+        let bytes = checkpoint.bytes(&label).map_err(Failure::work)?;
+        write_atomically(&self.path, |out| out.write_all(&bytes)).map_err(Failure::work)
+    }
+
+    /// After the last step: the results say all.
+    pub fn remove(&self) {
+        // One that is left is refused or does the same again.
+        let _ = std::fs::remove_file(&self.path);
+    }
+}
