@@ -33,6 +33,8 @@ pub enum Command {
     Metrics(Metrics),
     Evaluate(Evaluate),
     Report(Report),
+    Import(Import),
+    Export(Export),
     Bench(Bench),
     /// The backends compiled in and the adapters found
     Backends,
@@ -77,6 +79,43 @@ pub struct Report {
     /// Print the merged manifest instead: JSON, an entry per line
     #[arg(long)]
     pub json: bool,
+}
+
+/// A model from the weights that the authors' PyTorch program trained.
+///
+/// FILE is what it saved by `torch.save`: a state dictionary, or a dictionary that holds one. The model
+/// serves `fam map`.
+#[derive(Debug, Args)]
+pub struct Import {
+    /// The PyTorch file (.pth, .pt), or a safetensors file with the same names
+    #[arg(value_name = "FILE")]
+    pub input: PathBuf,
+
+    /// File to write: model.safetensors
+    #[arg(short, long, value_name = "OUT")]
+    pub out: PathBuf,
+
+    /// The mesh or cloud that the networks were trained on: points are then in its units, and its UVs
+    /// fill the unit square
+    ///
+    /// Without it, points are those of the unit ball, and UVs those of the networks.
+    #[arg(long, value_name = "INPUT")]
+    pub surface: Option<PathBuf>,
+}
+
+/// The weights of a model for the authors' PyTorch program.
+///
+/// OUT is a state dictionary with that program's names, for `torch.load` and `load_state_dict`. Points
+/// have to be normalised by the caller, and UVs are those of the networks.
+#[derive(Debug, Args)]
+pub struct Export {
+    /// model.safetensors of an `unwrap`, with a single set of networks
+    #[arg(value_name = "MODEL")]
+    pub model: PathBuf,
+
+    /// File to write (.pth)
+    #[arg(short, long, value_name = "OUT")]
+    pub out: PathBuf,
 }
 
 /// Quality of the UVs that a mesh already has.

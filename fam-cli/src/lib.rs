@@ -16,6 +16,7 @@ mod marks;
 mod output;
 mod parting;
 mod progress;
+mod pytorch;
 mod shard;
 mod terminal;
 mod time;
@@ -57,6 +58,8 @@ pub fn run(program: Vec<OsString>, arguments: impl IntoIterator<Item = OsString>
         Some(Command::Metrics(arguments)) => commands::metrics(&arguments),
         Some(Command::Evaluate(arguments)) => commands::evaluate(&arguments),
         Some(Command::Report(arguments)) => commands::report(&arguments),
+        Some(Command::Import(arguments)) => commands::import(&arguments),
+        Some(Command::Export(arguments)) => commands::export(&arguments),
         Some(Command::Bench(arguments)) => commands::bench(&arguments),
         Some(Command::Backends) => commands::backends(),
     });

@@ -174,6 +174,40 @@ impl<B: Backend> TrainedMap<B> {
         }
     }
 
+    /// The map of weights that the authors' program trained: those of
+    /// [`FlattenAnything::from_reference`]. With the surface that they were trained on, points are in
+    /// its units, and its UVs fill the unit square; without, points are those of the unit ball, and UVs
+    /// those of the networks.
+    ///
+    /// # Errors
+    /// The weights are missing or broken, or the surface has no extent.
+    pub fn from_reference(
+        bytes: &[u8],
+        surface: Option<&Surface>,
+        device: &B::Device,
+    ) -> Result<Self, ModelFileError> {
+        let model = FlattenAnything::from_reference(bytes, device)?;
+        let config = TrainingConfig {
+            networks: model.config(),
+            ..TrainingConfig::paper()
+        };
+        let normalization = match surface {
+            Some(surface) => surface
+                .normalization()
+                .map_err(|error| ModelFileError::Metadata(error.to_string()))?,
+            None => Normalization {
+                center: [0.0; 3],
+                radius: 1.0,
+            },
+        };
+        let points = config.points;
+        let mut map = Self::new(model, config, points, normalization, device);
+        if let Some(surface) = surface {
+            map.fit_unit_square(surface);
+        }
+        Ok(map)
+    }
+
     /// Sets the frame so that the UVs of a surface fill the unit square and, for a mesh, most of
     /// its area is not mirrored.
     pub(crate) fn fit_unit_square(&mut self, surface: &Surface) {

@@ -48,8 +48,8 @@ pub(crate) enum Naming<'a> {
     Reference,
 }
 
-/// The name, the shape and the bytes of a tensor of 32-bit floats.
-pub(crate) type NamedTensor = (String, Vec<usize>, Vec<u8>);
+/// The name, the shape and the bytes (little-endian, row by row) of a tensor of 32-bit floats.
+pub type NamedTensor = (String, Vec<usize>, Vec<u8>);
 
 impl<B: Backend> FlattenAnything<B> {
     /// The model from weights that the authors' program trained, saved as safetensors under
@@ -68,6 +68,18 @@ impl<B: Backend> FlattenAnything<B> {
             .with_width(rows(0)?)
             .with_latent(rows(3)?);
         read(&file, &config, Naming::Reference, device)
+    }
+
+    /// The weights under the parameter names and in the shapes of the authors' program.
+    pub fn to_reference(&self) -> Vec<NamedTensor> {
+        let mut tensors = named(self, Naming::Reference);
+        for (_, shape, _) in &mut tensors {
+            // Its layers are convolutions of width 1.
+            if shape.len() == 2 {
+                shape.push(1);
+            }
+        }
+        tensors
     }
 
     /// The stacks of linear layers by name.
@@ -145,7 +157,25 @@ pub(crate) fn read<B: Backend>(
 
 /// All weights, for a safetensors file, with `prefix` in front of their names.
 pub(crate) fn tensors<B: Backend>(model: &FlattenAnything<B>, prefix: &str) -> Vec<NamedTensor> {
-    let naming = Naming::Own { prefix };
+    named(model, Naming::Own { prefix })
+}
+
+/// The bytes of a safetensors file with tensors.
+///
+/// # Errors
+/// A tensor has another number of bytes than its shape asks for.
+pub fn safetensors(tensors: &[NamedTensor]) -> Result<Vec<u8>, WeightsError> {
+    let views = tensors
+        .iter()
+        .map(|(name, shape, bytes)| {
+            let view = TensorView::new(Dtype::F32, shape.clone(), bytes)?;
+            Ok((name.as_str(), view))
+        })
+        .collect::<Result<Vec<_>, WeightsError>>()?;
+    Ok(safetensors::serialize(views, None)?)
+}
+
+fn named<B: Backend>(model: &FlattenAnything<B>, naming: Naming<'_>) -> Vec<NamedTensor> {
     let bytes = |data: TensorData| -> Vec<u8> {
         let data = data.convert::<f32>();
         data.iter::<f32>().flat_map(f32::to_le_bytes).collect()

@@ -3,6 +3,8 @@
 mod backends;
 mod bench;
 mod evaluate;
+mod export;
+mod import;
 mod map;
 mod metrics;
 mod report;
@@ -11,6 +13,8 @@ mod unwrap;
 pub use backends::backends;
 pub use bench::bench;
 pub use evaluate::evaluate;
+pub use export::export;
+pub use import::import;
 pub use map::map;
 pub use metrics::metrics;
 pub use report::report;

@@ -83,6 +83,31 @@ impl<B: Backend> Chart<B> {
 }
 
 impl<B: Backend> Atlas<B> {
+    /// The atlas of a single map.
+    pub fn of_map(map: TrainedMap<B>) -> Self {
+        let chart = Chart {
+            map: ComponentMap::Trained(Arc::new(map)),
+            placement: Placement::IDENTITY,
+            landmarks: Vec::new(),
+        };
+        Self {
+            charts: vec![chart],
+        }
+    }
+
+    /// The maps that were trained; components that share one have it once.
+    pub fn trained_maps(&self) -> Vec<Arc<TrainedMap<B>>> {
+        let mut maps: Vec<Arc<TrainedMap<B>>> = Vec::new();
+        for chart in &self.charts {
+            if let ComponentMap::Trained(map) = &chart.map
+                && !maps.iter().any(|known| Arc::ptr_eq(known, map))
+            {
+                maps.push(map.clone());
+            }
+        }
+        maps
+    }
+
     /// UVs of any points in input units; each by the map of the component nearest to it.
     pub fn uvs(&self, points: &[[f64; 3]]) -> Vec<[f32; 2]> {
         self.of_nearest_charts(points, Chart::uvs)

@@ -32,6 +32,18 @@ pub struct FlattenAnything<B: Backend> {
     pub unwrap: UnwrapNet<B>,
 }
 
+impl<B: Backend> FlattenAnything<B> {
+    /// The widths of the sub-networks.
+    pub(crate) fn config(&self) -> FlattenAnythingConfig {
+        let outputs = |mlp: &Mlp<B>, layer: usize| mlp.layers[layer].weight.dims()[1];
+        let width = outputs(&self.deform.mlp_1, 0);
+        FlattenAnythingConfig::new()
+            .with_width(width)
+            .with_unwrap_factor(Some(outputs(&self.unwrap.mlp, 0) / width))
+            .with_latent(outputs(&self.deform.mlp_1, 3))
+    }
+}
+
 impl FlattenAnythingConfig {
     /// Channels of the hidden layers of Cut-Net and Unwrap-Net.
     pub fn unwrap_width(&self) -> usize {
