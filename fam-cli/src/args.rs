@@ -106,7 +106,8 @@ pub struct Import {
 /// The weights of a model for the authors' PyTorch program.
 ///
 /// OUT is a state dictionary with that program's names, for `torch.load` and `load_state_dict`. Points
-/// have to be normalised by the caller, and UVs are those of the networks.
+/// have to be normalised by the caller, and UVs are those of the networks. The program must make its
+/// networks as wide as these: the preset `paper` has the widths of that program.
 #[derive(Debug, Args)]
 pub struct Export {
     /// model.safetensors of an `unwrap`, with a single set of networks

@@ -50,6 +50,25 @@ impl<B: Backend> FlattenAnything<B> {
         self.unwrap.forward(p_cut, evaluation)
     }
 
+    /// [`unwrap`](Self::unwrap), and its derivative applied to tangents `[N, 3]`: each `[N, 2]`.
+    pub fn unwrap_with_tangents<const K: usize>(
+        &self,
+        p: Tensor<B, 2>,
+        tangents: [Tensor<B, 2>; K],
+        cut_net: bool,
+    ) -> (Tensor<B, 2>, [Tensor<B, 2>; K]) {
+        let (p_cut, tangents) = match cut_net {
+            true => self.cut.forward_with_tangents(p, tangents),
+            false => (p, tangents),
+        };
+        let mlp = &self.unwrap.mlp;
+        let (q, slopes) = mlp.forward_with_slopes(p_cut);
+        (
+            q,
+            tangents.map(|tangent| mlp.push_tangent(tangent, &slopes)),
+        )
+    }
+
     /// The 2D→3D→2D cycle of a lattice G `[M, 2]`.
     pub fn deform_branch(
         &self,

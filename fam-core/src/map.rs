@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use burn::module::{AutodiffModule, Module};
-use burn::tensor::{Tensor, TensorData, backend::Backend};
+use burn::tensor::{FloatDType, Tensor, TensorData, backend::Backend};
 use burn_autodiff::Autodiff;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde::de::DeserializeOwned;
@@ -261,6 +261,72 @@ impl<B: Backend> TrainedMap<B> {
                     .collect::<Vec<_>>()
             })
             .collect()
+    }
+
+    /// The UVs `[N, 2]` of points `[N, 3]` in input units, in the caller's graph: differentiable by the
+    /// points, and by the weights where `B` tracks them, as `Autodiff` does for a map that was loaded on
+    /// it. None without the 3D→2D→3D branch, whose place a nearest neighbour takes.
+    ///
+    /// The points are normalised in the precision of `B`, so far from the origin they lose some of it.
+    pub fn uv_tensor(&self, points: Tensor<B, 2>) -> Option<Tensor<B, 2>> {
+        let with_cut = self.with_cut()?;
+        let q = self
+            .model
+            .unwrap(self.normalized_tensor(points), with_cut, &Plain);
+        Some(self.placed(q))
+    }
+
+    /// [`uv_tensor`](Self::uv_tensor), and the derivatives of the UVs by each of the three coordinates,
+    /// `[N, 2]`, in UV units per input unit. All are in the caller's graph, so that a loss of the
+    /// derivatives can be differentiated.
+    pub fn uv_tensor_with_jacobian(
+        &self,
+        points: Tensor<B, 2>,
+    ) -> Option<(Tensor<B, 2>, [Tensor<B, 2>; 3])> {
+        let with_cut = self.with_cut()?;
+        let [n, _] = points.dims();
+        let unit = (1.0 / self.normalization.radius) as f32;
+        let tangent = |axis: usize| {
+            let mut row = [0.0_f32; 3];
+            row[axis] = unit;
+            let row = Tensor::<B, 2>::from_data([row], &self.device);
+            row.cast(FloatDType::from(points.dtype())).repeat_dim(0, n)
+        };
+        let tangents = [0, 1, 2].map(tangent);
+        let p = self.normalized_tensor(points);
+        let (q, tangents) = self.model.unwrap_with_tangents(p, tangents, with_cut);
+        let [sign, scale] = [self.sign(), 1.0 / self.frame.side];
+        let placed = |tangent: Tensor<B, 2>| {
+            let [u, v] = [0, 1].map(|axis| tangent.clone().narrow(1, axis, 1));
+            Tensor::cat(vec![u * (sign * scale), v * scale], 1)
+        };
+        Some((self.placed(q), tangents.map(placed)))
+    }
+
+    /// Whether Cut-Net takes part; none if a nearest neighbour gives the UVs.
+    fn with_cut(&self) -> Option<bool> {
+        match self.config.without {
+            Ablation::UnwrapBranch => None,
+            without => Some(without != Ablation::CutNet),
+        }
+    }
+
+    fn normalized_tensor(&self, points: Tensor<B, 2>) -> Tensor<B, 2> {
+        let center = self.normalization.center.map(|c| c as f32);
+        let center = Tensor::<B, 2>::from_data([center], &self.device);
+        let center = center.cast(FloatDType::from(points.dtype()));
+        (points - center) * (1.0 / self.normalization.radius)
+    }
+
+    /// Q in the unit square.
+    fn placed(&self, q: Tensor<B, 2>) -> Tensor<B, 2> {
+        let UvFrame { corner, side, .. } = self.frame;
+        let [u, v] = [0, 1].map(|axis| q.clone().narrow(1, axis, 1));
+        Tensor::cat(vec![u * self.sign() - corner[0], v - corner[1]], 1) * (1.0 / side)
+    }
+
+    fn sign(&self) -> f32 {
+        if self.frame.mirrored { -1.0 } else { 1.0 }
     }
 
     /// How the map was trained.

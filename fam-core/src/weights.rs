@@ -60,13 +60,15 @@ impl<B: Backend> FlattenAnything<B> {
     /// See [`WeightsError`].
     pub fn from_reference(bytes: &[u8], device: &B::Device) -> Result<Self, WeightsError> {
         let file = SafeTensors::deserialize(bytes)?;
-        let rows = |layer: usize| -> Result<usize, WeightsError> {
-            let name = Naming::Reference.tensor("deform.mlp_1", layer, "weight");
+        let rows = |stack: &str, layer: usize| -> Result<usize, WeightsError> {
+            let name = Naming::Reference.tensor(stack, layer, "weight");
             Ok(find(&file, &name)?.shape().first().copied().unwrap_or(0))
         };
+        let width = rows("deform.mlp_1", 0)?;
         let config = FlattenAnythingConfig::new()
-            .with_width(rows(0)?)
-            .with_latent(rows(3)?);
+            .with_width(width)
+            .with_unwrap_factor(Some(rows("unwrap.mlp", 0)? / width.max(1)))
+            .with_latent(rows("deform.mlp_1", 3)?);
         read(&file, &config, Naming::Reference, device)
     }
 

@@ -6,4 +6,5 @@ mod reference_numbers;
 mod atlas;
 mod gradients;
 mod parity;
+mod tensors;
 mod training;

@@ -15,6 +15,7 @@ use fam_core::cycles::lattice;
 use fam_core::evaluation::{Plain, Tiled};
 use fam_core::jacobian::JacobianMode;
 use fam_core::losses::Objective;
+use fam_core::map::TrainedMap;
 use fam_core::networks::FlattenAnything;
 use fam_surface::seams::{SeamRule, SeamThreshold, Seams};
 
@@ -96,4 +97,26 @@ fn weights_of_another_value_are_noticed() {
     let branch = changed.unwrap_branch(points, JacobianMode::ForwardTangent, true, &Plain);
     let (expected, _) = reference.values("p_cycle");
     assert!(relative_error(&host(&branch.p_cycle), &expected) > TOLERANCE);
+}
+
+/// A map of weights of the authors' program is their UVs, where no surface gives another frame.
+#[test]
+fn a_map_of_reference_weights_gives_the_reference_uvs() {
+    let reference = Reference::small();
+    let device = Default::default();
+    let map = TrainedMap::<NdArray>::from_reference(&reference.bytes, None, &device).unwrap();
+    let (points, _) = reference.values("points");
+    let points: Vec<[f64; 3]> = points
+        .as_chunks::<3>()
+        .0
+        .iter()
+        .map(|p| p.map(f64::from))
+        .collect();
+    let (expected, _) = reference.values("q");
+    for (found, expected) in map.uvs(&points).iter().zip(expected.as_chunks::<2>().0) {
+        assert!(
+            (0..2).all(|i| (found[i] - expected[i]).abs() < 1e-4),
+            "{found:?} {expected:?}"
+        );
+    }
 }
