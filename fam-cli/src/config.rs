@@ -219,6 +219,7 @@ fn merge(base: &mut Table, overlay: Table, within: &str) -> Result<(), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fam_core::losses::{Landmarks, TermConfig, TermKind};
 
     fn merged(text: &str) -> Result<Config, String> {
         let mut base = Table::try_from(Config::of(Preset::Fast)).unwrap();
@@ -300,6 +301,29 @@ mod tests {
             ..LayoutConfig::default()
         };
         assert_eq!(config.finish.config, finish);
+    }
+
+    #[test]
+    fn terms_are_added_by_name() {
+        let text = "[[terms]]\nkind = \"mips\"\nweight = 1\n\n[[terms]]\nkind = \"landmarks\"\n\
+                    weight = 0.5\npoints = [[0, 0.1, 1e3]]\nuvs = [[0.5, 1]]\n";
+        let (config, has_training) = over(Config::of(Preset::Fast), text).unwrap();
+        assert!(has_training);
+        let landmarks = Landmarks::new(vec![[0.0, 0.1, 1e3]], vec![[0.5, 1.0]]);
+        let expected = [(1.0, TermKind::Mips), (0.5, TermKind::Landmarks(landmarks))];
+        let expected = expected.map(|(weight, kind)| TermConfig { weight, kind });
+        assert_eq!(config.training.terms, expected);
+        assert_eq!(config.clone().checked().unwrap(), config);
+        let written = config.to_toml(Used::Neural).unwrap();
+        let (read, _) = over(Config::of(Preset::Fast), &written).unwrap();
+        assert_eq!(read.training, config.training);
+        for (text, word) in [
+            ("[[terms]]\nkind = \"sideways\"\nweight = 1\n", "sideways"),
+            ("[[terms]]\nkind = \"mips\"\n", "weight"),
+        ] {
+            let error = over(Config::of(Preset::Fast), text).unwrap_err();
+            assert!(error.contains(word), "{error}");
+        }
     }
 
     #[test]

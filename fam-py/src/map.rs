@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use burn::tensor::backend::AutodiffBackend;
 use burn_flex::Flex;
-use fam_core::atlas::Atlas;
+use fam_core::atlas::{Atlas, Start};
 use fam_core::training::{Strategies, TrainingConfig};
 use fam_io::atomic::write_atomically;
 use fam_surface::seams::{SeamRule, SeamThreshold, Seams};
@@ -86,13 +86,12 @@ impl fam_cli::Job for Training<'_> {
     ) -> Self::Output {
         let steps = self.config.steps();
         let trained = fam::train::<B>(
-            self.config,
+            Start::Fresh(self.config),
             self.surface,
             &fam::Parting::default(),
             SeamRule::Spacing,
             device,
             strategies,
-            None,
             |now| self.signal.observe(&fam::Progress::Training { steps, now }),
         )?;
         Ok(Map::from(on_cpu(&trained.flattened.atlas)?))

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use burn::tensor::backend::AutodiffBackend;
-use fam_core::atlas::{Atlas, Flattened};
+use fam_core::atlas::{Atlas, Flattened, Start};
 use fam_core::training::Strategies;
 use fam_surface::metrics::Metrics;
 use fam_surface::{Components, Surface, SurfaceError};
@@ -108,14 +108,17 @@ fn neural<B: AutodiffBackend>(
         (None, None) => options.training.clone(),
     };
     let steps = config.steps();
+    let start = match &options.resume {
+        Some(checkpoint) => Start::Checkpoint(checkpoint),
+        None => Start::Fresh(&config),
+    };
     let trained = train::<B>(
-        &config,
+        start,
         surface,
         &options.parting,
         options.seam_rule,
         device,
         strategies,
-        options.resume.as_ref(),
         |now| watch.tell(Progress::Training { steps, now }),
     )?;
     let time = started.elapsed();

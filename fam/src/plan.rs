@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use burn::tensor::backend::AutodiffBackend;
-use fam_core::atlas;
+use fam_core::atlas::{self, Start};
 use fam_core::training::{Strategies, TrainingConfig};
 use fam_surface::Surface;
 
@@ -153,8 +153,8 @@ impl Plan<'_> {
             let strategies = strategies.clone();
             // Of every component the first step that counts, the last, and when they ended.
             let mut seen: HashMap<usize, [(usize, Instant); 2]> = HashMap::new();
-            let surface = self.surface;
-            atlas::flatten::<B>(&config, surface, division, device, strategies, None, |at| {
+            let (start, surface) = (Start::Fresh(&config), self.surface);
+            atlas::flatten::<B>(start, surface, division, device, strategies, |at| {
                 let now = (at.step.iteration, Instant::now());
                 if now.0 + 1 >= UNMEASURED {
                     let ends = seen.entry(at.component).or_insert([now; 2]);

@@ -3,8 +3,8 @@
 use std::ops::ControlFlow;
 
 use burn::tensor::backend::AutodiffBackend;
-use fam_core::atlas::{self, Checkpoint, Flattened};
-use fam_core::training::{Strategies, TrainingConfig};
+use fam_core::atlas::{self, Flattened, Start};
+use fam_core::training::Strategies;
 use fam_surface::Surface;
 use fam_surface::seams::{SeamRule, SeamThreshold, Seams};
 
@@ -27,20 +27,17 @@ pub struct Trained<B: AutodiffBackend> {
 /// # Errors
 /// The surface or the configuration cannot be trained on, or already the first step failed.
 pub fn train<B: AutodiffBackend>(
-    config: &TrainingConfig,
+    start: Start,
     surface: &Surface,
     parting: &Parting,
     seam_rule: SeamRule,
     device: &B::Device,
     strategies: Strategies<B>,
-    resume: Option<&Checkpoint>,
     observe: impl FnMut(atlas::Progress) -> ControlFlow<()>,
 ) -> Result<Trained<B>, UnwrapError> {
     let division = parting.division();
-    let flattened = atlas::flatten::<B>(
-        config, surface, division, device, strategies, resume, observe,
-    )
-    .map_err(UnwrapError::Training)?;
+    let flattened = atlas::flatten::<B>(start, surface, division, device, strategies, observe)
+        .map_err(UnwrapError::Training)?;
     let mut hopeless = flattened.parts.iter().filter(|part| part.last.is_none());
     if let Some(error) = hopeless.find_map(|part| part.error.clone()) {
         return Err(UnwrapError::NothingLearnt(error));

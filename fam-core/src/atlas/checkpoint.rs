@@ -37,6 +37,25 @@ impl fmt::Debug for Checkpointer<'_> {
     }
 }
 
+/// Where training starts.
+#[derive(Debug, Clone, Copy)]
+pub enum Start<'a> {
+    /// With fresh weights.
+    Fresh(&'a TrainingConfig),
+    /// Where an earlier training left off, with its configuration.
+    Checkpoint(&'a Checkpoint),
+}
+
+impl<'a> Start<'a> {
+    /// How the surface is trained on.
+    pub fn config(self) -> &'a TrainingConfig {
+        match self {
+            Self::Fresh(config) => config,
+            Self::Checkpoint(checkpoint) => &checkpoint.config,
+        }
+    }
+}
+
 /// A training to go on with.
 #[derive(Clone)]
 pub struct Checkpoint {

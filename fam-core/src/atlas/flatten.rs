@@ -6,7 +6,7 @@ use burn::tensor::backend::{AutodiffBackend, Backend};
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
-use super::checkpoint::{self, Checkpoint, Checkpointer, Restored, Trained};
+use super::checkpoint::{self, Checkpointer, Restored, Start, Trained};
 use super::groups::{groups, joined};
 use super::layout::{side_by_side, texel_density};
 use super::{Atlas, Chart, ComponentMap, Placement, Projection};
@@ -91,28 +91,27 @@ pub struct Flattened<B: Backend> {
 /// Networks are trained for every large component and once for all small ones together; flat ones
 /// need none. They share the configured number of points by their area, and are trained one after
 /// the other. `observe` is called after every step that is read; after it breaks off, the networks
-/// that are left are trained until the first of theirs. With `resume`, training goes on from there.
+/// that are left are trained until the first of theirs.
 ///
 /// # Errors
-/// The surface or the configuration cannot be trained on, or are not those of the checkpoint. A component whose training diverges
+/// The surface or the configuration cannot be trained on, or the checkpoint is of another surface. A component whose training diverges
 /// is no error: its [`Part`] tells.
 pub fn flatten<B: AutodiffBackend>(
-    config: &TrainingConfig,
+    start: Start,
     surface: &Surface,
     division: Division,
     device: &B::Device,
     strategies: Strategies<B>,
-    resume: Option<&Checkpoint>,
     observe: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Flattened<B::InnerBackend>, TrainingError> {
+    let config = start.config();
     if let Some(problem) = config.problem() {
         return Err(TrainingError::Config(problem));
     }
     surface.normalization()?;
-    let restored = match resume {
-        Some(checkpoint) if checkpoint.config() != config => Err(CheckpointError::Config),
-        Some(checkpoint) => checkpoint.restored::<B>(device).map(Some),
-        None => Ok(None),
+    let restored = match start {
+        Start::Checkpoint(checkpoint) => checkpoint.restored::<B>(device).map(Some),
+        Start::Fresh(_) => Ok(None),
     };
     let mut job = Job::<B, _> {
         config,

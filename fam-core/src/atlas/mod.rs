@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 use burn::tensor::backend::Backend;
 
-pub use checkpoint::{Checkpoint, Checkpointer};
+pub use checkpoint::{Checkpoint, Checkpointer, Start};
 pub use flatten::{Division, Flattened, Part, Progress, flatten};
 pub use layout::Placement;
 pub use projection::Projection;

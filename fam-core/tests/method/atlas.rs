@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use burn_autodiff::Autodiff;
 use burn_ndarray::NdArray;
-use fam_core::atlas::{Atlas, Division, Flattened, Progress, flatten};
+use fam_core::atlas::{Atlas, Division, Flattened, Progress, Start, flatten};
 use fam_core::training::{Strategies, TrainingConfig};
 use fam_surface::metrics::Metrics;
 use fam_surface::seams::SeamRule;
@@ -50,12 +50,11 @@ fn run(
 ) -> Flattened<Backend> {
     let surface = Surface::Mesh(mesh.clone());
     flatten::<Autodiff<Backend>>(
-        &config(),
+        Start::Fresh(&config()),
         &surface,
         division,
         &Default::default(),
         Strategies::tiled(),
-        None,
         observe,
     )
     .unwrap()
@@ -233,12 +232,11 @@ fn a_cloud_is_one_component() {
     let points = shapes::torus(1.0, 0.4, 16, 10).positions().to_vec();
     let surface = Surface::PointCloud(PointCloud::new(points, None).unwrap());
     let flattened = flatten::<Autodiff<Backend>>(
-        &config(),
+        Start::Fresh(&config()),
         &surface,
         Division::default(),
         &Default::default(),
         Strategies::tiled(),
-        None,
         |_| ControlFlow::Continue(()),
     )
     .unwrap();

@@ -62,7 +62,7 @@ fn tensors_of_a_map_are_its_uvs_and_its_jacobian() {
             );
         }
         let jacobian = map.jacobian(points);
-        let along = along.each_ref().map(|along| host(along));
+        let along = along.each_ref().map(host);
         for (i, rows) in jacobian.iter().enumerate() {
             for axis in 0..3 {
                 for (k, row) in rows.iter().enumerate() {

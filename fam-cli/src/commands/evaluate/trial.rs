@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use burn::tensor::backend::AutodiffBackend;
 use fam::{Parting, Progress, UnwrapError, train};
-use fam_core::atlas::{Atlas, Part};
+use fam_core::atlas::{Atlas, Part, Start};
 use fam_core::training::{Strategies, TrainingConfig};
 use fam_layout::{LayoutConfig, MeshInput, lay_out};
 use fam_surface::metrics::Metrics;
@@ -177,13 +177,12 @@ impl Job for Train<'_, '_> {
     ) -> Self::Output {
         let steps = self.config.steps();
         let trained = train::<B>(
-            self.config,
+            Start::Fresh(self.config),
             self.surface,
             self.parting,
             SeamRule::Spacing,
             device,
             strategies,
-            None,
             |now| self.progress.show(Progress::Training { steps, now }),
         )?;
         let flattened = trained.flattened;
