@@ -37,6 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         starts: 2,
         ..TrainingConfig::fast()
     };
+    let mut upright = Vec::new();
     for weight in [0.0, 0.1] {
         let device = Default::default();
         let strategies = Strategies::tiled();
@@ -54,6 +55,10 @@ fn main() -> Result<(), Box<dyn Error>> {
             .iter()
             .map(|(term, value)| format!("{} {value:.3}", term.name()));
         println!("weight {weight}: {}", terms.collect::<Vec<_>>().join(", "));
+        upright.extend(last.terms.last().map(|(_, value)| *value));
     }
-    Ok(())
+    match upright[1] < upright[0] {
+        true => Ok(()),
+        false => Err("the term was not minimised".into()),
+    }
 }

@@ -267,7 +267,8 @@ impl<B: Backend> TrainedMap<B> {
     /// points, and by the weights where `B` tracks them, as `Autodiff` does for a map that was loaded on
     /// it. None without the 3D→2D→3D branch, whose place a nearest neighbour takes.
     ///
-    /// The points are normalised in the precision of `B`, so far from the origin they lose some of it.
+    /// Beside trainers on other threads, whoever differentiates holds the
+    /// [turn](crate::training::turn). The points are normalised in the precision of `B`, so far from the origin they lose some of it.
     pub fn uv_tensor(&self, points: Tensor<B, 2>) -> Option<Tensor<B, 2>> {
         let with_cut = self.with_cut()?;
         let q = self
@@ -295,7 +296,7 @@ impl<B: Backend> TrainedMap<B> {
         let tangents = [0, 1, 2].map(tangent);
         let p = self.normalized_tensor(points);
         let (q, tangents) = self.model.unwrap_with_tangents(p, tangents, with_cut);
-        let [sign, scale] = [self.sign(), 1.0 / self.frame.side];
+        let (sign, scale) = (self.sign(), 1.0 / self.frame.side);
         let placed = |tangent: Tensor<B, 2>| {
             let [u, v] = [0, 1].map(|axis| tangent.clone().narrow(1, axis, 1));
             Tensor::cat(vec![u * (sign * scale), v * scale], 1)

@@ -30,6 +30,9 @@ pub enum WeightsError {
         /// Shape of the configured network.
         expected: Vec<usize>,
     },
+    /// The weights ask for networks that are empty or wider than any that are trained.
+    #[error("its networks are not between 1 and 8192 wide")]
+    Widths,
     /// A weight is not stored in 32-bit floats.
     #[error("the tensor {0} is not of 32-bit floats")]
     ElementType(String),
@@ -69,7 +72,10 @@ impl<B: Backend> FlattenAnything<B> {
             .with_width(width)
             .with_unwrap_factor(Some(rows("unwrap.mlp", 0)? / width.max(1)))
             .with_latent(rows("deform.mlp_1", 3)?);
-        read(&file, &config, Naming::Reference, device)
+        match config.is_possible() {
+            true => read(&file, &config, Naming::Reference, device),
+            false => Err(WeightsError::Widths),
+        }
     }
 
     /// The weights under the parameter names and in the shapes of the authors' program.

@@ -28,8 +28,8 @@ pub struct Options {
     /// About how long it may take. Training is planned for it; the layout is no longer refined
     /// when it is over. None: as long as it takes.
     pub time_budget: Option<Duration>,
-    /// Where training goes on, with the configuration that it was planned with; none where nothing is
-    /// trained. The surface and the parting must be those of the checkpoint.
+    /// The training to resume, if any. The surface and the parting must be those of the checkpoint, and
+    /// so must `training`, unless it was planned for a time budget.
     pub resume: Option<Checkpoint>,
 }
 

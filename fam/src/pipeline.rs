@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use burn::tensor::backend::AutodiffBackend;
 use fam_core::atlas::{Atlas, Flattened, Start};
-use fam_core::training::Strategies;
+use fam_core::training::{CheckpointError, Strategies, TrainingError};
 use fam_surface::metrics::Metrics;
 use fam_surface::{Components, Surface, SurfaceError};
 
@@ -93,6 +93,10 @@ fn neural<B: AutodiffBackend>(
     let deadline = options.time_budget.map(|b| plan::deadline(started, b));
     let mut watch = Watch::new(observe, deadline);
     let config = match (&options.resume, options.time_budget) {
+        (Some(checkpoint), None) if *checkpoint.config() != options.training => {
+            let reason = CheckpointError::Config.to_string();
+            return Err(UnwrapError::Training(TrainingError::Checkpoint(reason)));
+        }
         (Some(checkpoint), _) => checkpoint.config().clone(),
         (None, Some(budget)) => {
             let plan = Plan {

@@ -82,6 +82,18 @@ fn other_files_are_refused() {
         &import("text.safetensors"),
         &["text.safetensors", "no valid"],
     );
+    fs::write(folder.path().join("point.obj"), "v 0 0 0\n").unwrap();
+    write_mesh(
+        &folder.path().join("torus.obj"),
+        &shapes::torus(1.0, 0.4, 12, 8),
+    );
+    succeeds(folder.path(), &brief(&["torus.obj", "-o", "out"]));
+    succeeds(
+        folder.path(),
+        &["export", "out/model.safetensors", "-o", "good.pth"],
+    );
+    let at_a_point = [&import("good.pth")[..], &["--surface", "point.obj"]].concat();
+    refuses(folder.path(), &at_a_point, &["point.obj"]);
     let export = ["export", "text.safetensors", "-o", "weights.pth"];
     refuses(folder.path(), &export, &["text.safetensors"]);
     assert!(!folder.path().join("weights.pth").exists());

@@ -92,6 +92,33 @@ mod killed {
         }
     }
 
+    /// Ctrl-C while the first of two parts is trained: the second has hardly any training then.
+    #[test]
+    fn a_training_that_is_interrupted_goes_on_and_ends_in_the_same_bytes() {
+        let folder = tempfile::tempdir().unwrap();
+        write_parts(&folder.path().join("parts.obj"));
+        succeeds(folder.path(), &arguments("parts.obj", "whole", &[]));
+        let mut child = Command::new(&*FAM)
+            .current_dir(folder.path())
+            .args(arguments("parts.obj", "out", &[]))
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let checkpoint = folder.path().join("out/checkpoint.safetensors");
+        while !checkpoint.exists() {
+            sleep(Duration::from_millis(5));
+        }
+        let pid = child.id().to_string();
+        Command::new("kill").args(["-INT", &pid]).status().unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(130));
+        assert!(checkpoint.exists() && folder.path().join("out/metrics.json").exists());
+        succeeds(folder.path(), &arguments("parts.obj", "out", &["--resume"]));
+        for name in ["parts.ply", "model.safetensors"] {
+            let read = |out: &str| fs::read(folder.path().join(out).join(name)).unwrap();
+            assert!(read("out") == read("whole"), "{name}");
+        }
+    }
+
     #[test]
     fn a_checkpoint_of_something_else_is_refused_with_the_reason() {
         let folder = tempfile::tempdir().unwrap();

@@ -30,6 +30,10 @@ pub fn import(arguments: &args::Import) -> Result<u8, Failure> {
     };
     let document = arguments.surface.as_deref().map(fam_io::read_surface);
     let document = document.transpose().map_err(Failure::input)?;
+    if let (Some(document), Some(path)) = (&document, &arguments.surface) {
+        let fail = |error| Failure::input(format!("{}: {error}", path.display()));
+        document.surface().normalization().map_err(fail)?;
+    }
     let read = Read {
         weights: &weights,
         surface: document.as_ref().map(|document| document.surface()),

@@ -39,6 +39,7 @@ impl TrainingProgress {
     pub fn step(&mut self, now: &atlas::Progress) {
         let total = now.components * self.steps;
         let done = now.component * self.steps + now.step.before + 1;
+        let is_first = self.earlier.is_none();
         let earlier = *self.earlier.get_or_insert(done - 1);
         let before = std::mem::replace(&mut self.done, done).max(earlier);
         // After it broke down, training is some steps back.
@@ -59,11 +60,10 @@ impl TrainingProgress {
             }
             Display::Lines => {
                 let every = total.div_ceil(PLAIN_LINES);
-                if before == earlier || done / every > before / every || done == total {
-                    let left = self
-                        .started
-                        .elapsed()
-                        .mul_f64((total - done) as f64 / (done - earlier).max(1) as f64);
+                if is_first || done / every > before / every || done == total {
+                    let left = self.started.elapsed().mul_f64(
+                        (total - done) as f64 / done.saturating_sub(earlier).max(1) as f64,
+                    );
                     eprintln!(
                         "{done}/{total}  {}  {rate}  {} left",
                         terms(now),

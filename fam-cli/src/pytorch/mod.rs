@@ -15,8 +15,11 @@ use zip::{CompressionMethod, ZipArchive, ZipWriter};
 use crate::failure::Failure;
 use pickle::Tensor;
 
-/// Largest part of an archive that is read, in bytes: a model of the paper has 15 MB.
+/// Most bytes of a part of an archive, and of all tensors: a model of the paper has 15 MB.
 const LARGEST: u64 = 1 << 30;
+
+/// Most bytes of a pickle: that of a model has 10 kB.
+const LARGEST_PICKLE: u64 = 1 << 24;
 
 /// The tensors of a state dictionary, also where it is a value of another dictionary.
 pub fn read(path: &Path) -> Result<Vec<NamedTensor>, Failure> {
@@ -30,28 +33,37 @@ pub fn read(path: &Path) -> Result<Vec<NamedTensor>, Failure> {
         .find(|name| name.ends_with("data.pkl"))
         .ok_or_else(|| fail(String::from("it is no file of PyTorch: it has no data.pkl")))?;
     let folder = pickle.trim_end_matches("data.pkl").to_owned();
-    let mut entry = |name: &str| -> Result<Vec<u8>, Failure> {
+    let mut entry = |name: &str, largest: u64| -> Result<Vec<u8>, Failure> {
         let mut bytes = Vec::new();
         let entry = archive.by_name(name);
         let entry = entry.map_err(|error| fail(format!("{name}: {error}")))?;
-        let read = entry.take(LARGEST).read_to_end(&mut bytes);
+        let read = entry.take(largest + 1).read_to_end(&mut bytes);
         read.map_err(|error| fail(format!("{name}: {error}")))?;
-        Ok(bytes)
+        match bytes.len() as u64 > largest {
+            true => Err(fail(format!("{name} has more than {largest} bytes"))),
+            false => Ok(bytes),
+        }
     };
-    if entry(&format!("{folder}byteorder")).is_ok_and(|order| order.trim_ascii() == b"big") {
+    if entry(&format!("{folder}byteorder"), LARGEST_PICKLE)
+        .is_ok_and(|order| order.trim_ascii() == b"big")
+    {
         return Err(fail(String::from("its numbers are big-endian")));
     }
-    let tensors = pickle::tensors(&entry(&pickle)?).map_err(&fail)?;
+    let tensors = pickle::tensors(&entry(&pickle, LARGEST_PICKLE)?).map_err(&fail)?;
     let mut storages: HashMap<String, Vec<u8>> = HashMap::new();
-    let mut found = Vec::new();
+    let (mut found, mut total) = (Vec::new(), 0);
     for (name, tensor) in tensors {
         let key = tensor.storage.clone();
         if !storages.contains_key(&key) {
-            let bytes = entry(&format!("{folder}data/{key}"))?;
+            let bytes = entry(&format!("{folder}data/{key}"), LARGEST)?;
             storages.insert(key.clone(), bytes);
         }
         let values = values(&tensor, &storages[&key]);
         let values = values.ok_or_else(|| fail(format!("the tensor {name} is damaged")))?;
+        total += 4 * values.len() as u64;
+        if total > LARGEST {
+            return Err(fail(format!("its tensors have more than {LARGEST} bytes")));
+        }
         let bytes = values.into_iter().flat_map(f32::to_le_bytes).collect();
         found.push((name, tensor.shape, bytes));
     }
@@ -72,9 +84,11 @@ fn values(tensor: &Tensor, storage: &[u8]) -> Option<Vec<f32>> {
     let mut index = vec![0; tensor.shape.len()];
     let mut values = Vec::with_capacity(count);
     for _ in 0..count {
-        let along = index.iter().zip(&tensor.strides);
-        let place = along.map(|(i, stride)| i * stride).sum::<usize>();
-        let at = place.checked_add(tensor.offset)?.checked_mul(size)?;
+        let mut along = index.iter().zip(&tensor.strides);
+        let place = along.try_fold(tensor.offset, |place, (i, stride): (&usize, &usize)| {
+            place.checked_add(i.checked_mul(*stride)?)
+        });
+        let at = place?.checked_mul(size)?;
         values.push(tensor.number.read(storage.get(at..at.checked_add(size)?)?));
         for axis in (0..index.len()).rev() {
             index[axis] += 1;
@@ -157,6 +171,24 @@ mod tests {
         }
     }
 
+    /// Pickles that would fill the memory or the stack.
+    #[test]
+    fn bombs_are_refused() {
+        let copies = [&b"\x80\x02)q\0"[..], &b"h\0h\0\x86q\0".repeat(60), b"."].concat();
+        let deep = [&b"\x80\x02)"[..], &b"\x85".repeat(1_000_000), b"."].concat();
+        let dictionaries = [&b"\x80\x02"[..], &b"}X\x01\0\0\0a".repeat(200_000)].concat();
+        let dictionaries = [
+            dictionaries,
+            b"}".to_vec(),
+            b"s".repeat(200_000),
+            b".".to_vec(),
+        ]
+        .concat();
+        for bomb in [copies, deep, dictionaries] {
+            assert!(pickle::tensors(&bomb).is_err());
+        }
+    }
+
     #[test]
     fn values_are_taken_by_their_strides() {
         let storage: Vec<u8> = (0..6_u8).flat_map(|v| f32::from(v).to_le_bytes()).collect();
@@ -168,11 +200,14 @@ mod tests {
             strides: vec![1, 2],
         };
         assert_eq!(values(&tensor, &storage), Some(vec![1.0, 3.0, 2.0, 4.0]));
-        let outside = Tensor {
-            offset: 3,
-            ..tensor
-        };
-        assert_eq!(values(&outside, &storage), None);
+        for (offset, stride) in [(3, 2), (usize::MAX, 2), (0, usize::MAX)] {
+            let outside = Tensor {
+                offset,
+                strides: vec![stride, stride],
+                ..tensor.clone()
+            };
+            assert_eq!(values(&outside, &storage), None);
+        }
     }
 
     /// PyTorch's own files, where they are.

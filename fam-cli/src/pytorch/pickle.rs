@@ -2,6 +2,12 @@
 
 use std::collections::HashMap;
 
+/// Deepest nesting that is kept; a state dictionary in a checkpoint has three levels.
+const DEEPEST: usize = 8;
+
+/// Most items of a tuple that the memo keeps: those of storages and shapes have fewer.
+const LONGEST: usize = 16;
+
 /// What a pickle says of a tensor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tensor {
@@ -53,6 +59,31 @@ enum Value {
     Dictionary(Vec<(Value, Value)>),
     Storage(String, Option<Number>),
     Tensor(Tensor),
+}
+
+impl Value {
+    /// Whether it has others in it.
+    fn is_nested(&self) -> bool {
+        matches!(self, Self::Tuple(_) | Self::Dictionary(_))
+    }
+
+    /// How many levels of others it has in it. None is built with more than [`DEEPEST`].
+    fn depth(&self) -> usize {
+        let deepest = match self {
+            Self::Tuple(items) => items.iter().map(Self::depth).max(),
+            Self::Dictionary(items) => items.iter().map(|(_, value)| value.depth()).max(),
+            _ => return 0,
+        };
+        1 + deepest.unwrap_or(0)
+    }
+}
+
+/// A tuple, unless it is nested too deeply to be of use.
+fn tuple(items: Vec<Value>) -> Value {
+    match items.iter().all(|item| item.depth() < DEEPEST) {
+        true => Value::Tuple(items),
+        false => Value::Other,
+    }
 }
 
 /// The tensors of a pickle, in its order, with the keys of dictionaries that lead to them, joined by dots.
@@ -161,13 +192,13 @@ impl Machine<'_> {
                 b')' => self.stack.push(Value::Tuple(Vec::new())),
                 b't' => {
                     let items = self.since_mark()?;
-                    self.stack.push(Value::Tuple(items));
+                    self.stack.push(tuple(items));
                 }
                 0x85..=0x87 => {
                     let count = usize::from(opcode - 0x84);
                     let first = self.stack.len().checked_sub(count)?;
                     let items = self.stack.split_off(first);
-                    self.stack.push(Value::Tuple(items));
+                    self.stack.push(tuple(items));
                 }
                 b'}' => self.stack.push(Value::Dictionary(Vec::new())),
                 b's' => {
@@ -185,6 +216,12 @@ impl Machine<'_> {
                 b'Q' => {
                     let storage = self.pop()?;
                     self.stack.push(storage_of(storage)?);
+                }
+                // An object, of which only dictionaries could be of use.
+                0x81 => {
+                    self.pop()?;
+                    self.pop()?;
+                    self.stack.push(Value::Other);
                 }
                 b'R' => {
                     let (arguments, function) = (self.pop()?, self.pop()?);
@@ -235,9 +272,13 @@ impl Machine<'_> {
     /// Keeps the top of the stack at a place, which so many bytes name.
     fn remember(&mut self, place: u32, bytes: usize) -> Option<()> {
         self.bytes = self.bytes.get(bytes..)?;
-        // Dictionaries are filled later, and asked for no more.
+        // Dictionaries are filled later, and asked for no more. Nothing that is large is kept, or what
+        // recalls it again and again would fill the memory.
         let value = match self.stack.last()? {
             Value::Dictionary(_) => Value::Other,
+            Value::Tuple(items) if items.len() > LONGEST || items.iter().any(Value::is_nested) => {
+                Value::Other
+            }
             value => value.clone(),
         };
         self.memo.insert(place, value);
@@ -263,7 +304,9 @@ impl Machine<'_> {
         if let Value::Dictionary(dictionary) = self.stack.last_mut()? {
             let mut items = items.into_iter();
             while let (Some(key), Some(value)) = (items.next(), items.next()) {
-                dictionary.push((key, value));
+                if value.depth() < DEEPEST {
+                    dictionary.push((key, value));
+                }
             }
         }
         Some(())

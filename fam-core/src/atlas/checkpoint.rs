@@ -79,13 +79,7 @@ impl Checkpoint {
     /// It is none, or of another version.
     pub fn read(bytes: Vec<u8>) -> Result<Self, CheckpointError> {
         let file = Reader::new(&bytes)?;
-        let Record {
-            label,
-            config,
-            trainer,
-            ..
-        } = file.record()?;
-        trainer.check_version()?;
+        let Record { label, config, .. } = file.record()?;
         Ok(Self {
             bytes: bytes.into(),
             label,
@@ -145,6 +139,7 @@ const TRAINER: &str = "trainer.";
 /// All of a checkpoint that is no tensor.
 #[derive(Serialize, Deserialize)]
 struct Record {
+    version: String,
     label: String,
     config: TrainingConfig,
     finished: Vec<PartRecord>,
@@ -179,6 +174,7 @@ pub(super) fn write<B: AutodiffBackend>(
         }
     };
     let record = Record {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
         label: label.to_owned(),
         config: config.clone(),
         finished: finished.iter().enumerate().map(part).collect(),

@@ -51,8 +51,9 @@ pub struct Progress<'a> {
     pub points: usize,
     /// What the iteration did.
     pub step: &'a Step,
-    /// Makes the bytes from which [`flatten`] goes on after this iteration.
-    pub checkpoint: Checkpointer<'a>,
+    /// Makes the bytes from which [`flatten`] goes on after this iteration. None once the observer broke
+    /// off another component, whose networks are not trained to their end.
+    pub checkpoint: Option<Checkpointer<'a>>,
 }
 
 /// How a component was flattened.
@@ -303,6 +304,11 @@ impl<B: AutodiffBackend, F: FnMut(Progress) -> ControlFlow<()>> Job<'_, B, F> {
         let restored = self.restored.as_ref();
         let known = restored.and_then(|restored| restored.finished.get(self.finished.len()));
         if let Some((map, part)) = known.cloned() {
+            let same =
+                part.points == trainer.points() && map.normalization() == trainer.normalization();
+            if !same {
+                return Err(unusable(CheckpointError::Surface));
+            }
             self.finished.push((map.clone(), part.clone()));
             return Ok((ComponentMap::Trained(map), part));
         }
@@ -320,7 +326,7 @@ impl<B: AutodiffBackend, F: FnMut(Progress) -> ControlFlow<()>> Job<'_, B, F> {
                 components,
                 points: config.points_at(step.iteration, points),
                 step,
-                checkpoint: Checkpointer(&bytes),
+                checkpoint: (!*stopped).then_some(Checkpointer(&bytes)),
             };
             *stopped |= observe(progress).is_break();
             match *stopped {

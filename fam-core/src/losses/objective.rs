@@ -61,7 +61,8 @@ impl LossWeights {
     /// The weighted sum of terms.
     pub fn sum(&self, terms: &[(Term, f32)]) -> f32 {
         let weighted = |(term, value): &(Term, f32)| f64::from(*value) * term.weight(self);
-        terms.iter().map(weighted).sum::<f64>() as f32
+        let minimised = terms.iter().filter(|(term, _)| !term.is_only_observed());
+        minimised.map(weighted).sum::<f64>() as f32
     }
 }
 
@@ -90,6 +91,8 @@ pub enum Term {
     Flattening,
     /// A [`LossTerm`](super::LossTerm) that was added.
     Added {
+        /// Its place among those that were added.
+        index: usize,
         /// Its name.
         name: &'static str,
         /// Its weight.
@@ -127,6 +130,11 @@ impl Term {
             Term::Flattening => "flattening",
             Term::Added { name, .. } => name,
         }
+    }
+
+    /// Whether it was added with the weight 0.
+    pub(crate) fn is_only_observed(self) -> bool {
+        matches!(self, Term::Added { weight: 0.0, .. })
     }
 
     fn weight(self, weights: &LossWeights) -> f64 {
@@ -216,13 +224,14 @@ impl<B: Backend> Losses<B> {
         Self { terms }
     }
 
-    /// The weighted sum that is minimised, `[1]`.
+    /// The weighted sum that is minimised, `[1]`; terms that are only observed take no part.
     ///
     /// # Panics
     /// If there is no term.
     pub fn total(&self, weights: &LossWeights) -> Tensor<B, 1> {
         self.terms
             .iter()
+            .filter(|(term, _)| !term.is_only_observed())
             .map(|(term, value)| value.clone() * term.weight(weights))
             .reduce(|a, b| a + b)
             .expect("at least one branch is evaluated")

@@ -6,6 +6,9 @@ use rand_pcg::Pcg64;
 
 use super::{CutNet, DeformNet, Mlp, UnwrapNet, WrapNet};
 
+/// Sixteen times the paper's; memory grows with its square.
+const MAX_WIDTH: usize = 8_192;
+
 /// Widths of the sub-networks; the defaults are the paper's.
 #[derive(Config, Debug, PartialEq)]
 pub struct FlattenAnythingConfig {
@@ -45,6 +48,12 @@ impl<B: Backend> FlattenAnything<B> {
 }
 
 impl FlattenAnythingConfig {
+    /// Whether all widths lie in 1 to [`MAX_WIDTH`].
+    pub(crate) fn is_possible(&self) -> bool {
+        let widths = [self.width, self.unwrap_width(), self.latent];
+        widths.iter().all(|width| (1..=MAX_WIDTH).contains(width))
+    }
+
     /// Channels of the hidden layers of Cut-Net and Unwrap-Net.
     pub fn unwrap_width(&self) -> usize {
         self.width.saturating_mul(self.unwrap_factor.unwrap_or(1))

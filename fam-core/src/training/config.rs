@@ -10,9 +10,6 @@ use super::OptimizerKind;
 /// A hundred times the paper's; each point takes part in every matrix of the networks.
 const MAX_POINTS: usize = 1_000_000;
 
-/// Sixteen times the paper's; memory grows with its square.
-const MAX_WIDTH: usize = 8_192;
-
 /// More would take longer than training itself several times over.
 const MAX_STARTS: usize = 64;
 
@@ -226,11 +223,12 @@ impl TrainingConfig {
 
     /// The terms beside those of the method, as steps name them.
     pub(crate) fn added_terms(&self) -> Vec<Term> {
-        let term = |term: &TermConfig| Term::Added {
+        let term = |(index, term): (usize, &TermConfig)| Term::Added {
+            index,
             name: term.name(),
             weight: term.weight,
         };
-        self.terms.iter().map(term).collect()
+        self.terms.iter().enumerate().map(term).collect()
     }
 
     /// What keeps this configuration from being trained, if anything: a message that names
@@ -246,8 +244,6 @@ impl TrainingConfig {
             weights.flattening,
             f64::from(self.weight_decay),
         ];
-        let networks = &self.networks;
-        let widths = [networks.width, networks.unwrap_width(), networks.latent];
         if !(16..=MAX_POINTS).contains(&self.points) {
             Some("points must lie in 16..=1000000")
         } else if self.iterations == 0 {
@@ -258,7 +254,7 @@ impl TrainingConfig {
             Some("several starts need an opening above 0, after which they are compared")
         } else if !(1..=MAX_STARTS).contains(&self.starts) {
             Some("starts must lie in 1..=64")
-        } else if !widths.iter().all(|w| (1..=MAX_WIDTH).contains(w)) {
+        } else if !self.networks.is_possible() {
             Some("networks.width, its product with unwrap_factor, and latent must lie in 1..=8192")
         } else if !weights.iter().all(|w| (0.0..=1e6).contains(w)) {
             Some("weights and weight-decay must lie in 0..=1e6")
@@ -267,7 +263,21 @@ impl TrainingConfig {
         } else if self.final_learning_rate > self.learning_rate {
             Some("final-learning-rate must not exceed learning-rate")
         } else {
-            self.terms.iter().find_map(TermConfig::problem)
+            self.problem_of_terms()
+        }
+    }
+}
+
+impl TrainingConfig {
+    fn problem_of_terms(&self) -> Option<&'static str> {
+        let is_repeated = |(i, term): (usize, &TermConfig)| {
+            self.terms[..i]
+                .iter()
+                .any(|other| other.name() == term.name())
+        };
+        match self.terms.iter().enumerate().any(is_repeated) {
+            true => Some("terms must be of different kinds"),
+            false => self.terms.iter().find_map(TermConfig::problem),
         }
     }
 }

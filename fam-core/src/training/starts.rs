@@ -28,7 +28,15 @@ pub(super) struct StartsRecord {
     start: usize,
     begun: bool,
     kept: Vec<StateRecord>,
-    best: Vec<(f32, StateRecord)>,
+    /// With the bits of their losses: one may be infinite, which JSON has no number for.
+    best: Vec<(u32, StateRecord)>,
+}
+
+impl StartsRecord {
+    pub fn states(&self) -> impl Iterator<Item = &StateRecord> {
+        let best = self.best.iter().map(|(_, state)| state);
+        self.kept.iter().chain(best)
+    }
 }
 
 impl<B: AutodiffBackend> Default for Starts<B> {
@@ -69,7 +77,7 @@ impl<B: AutodiffBackend> Starts<B> {
         let best = self.best.iter().enumerate();
         let best = best.map(|(i, (loss, state))| {
             let record = state.write(&format!("{name}.best-{i}"), out);
-            (*loss, record)
+            (loss.to_bits(), record)
         });
         StartsRecord {
             round: self.round,
@@ -100,9 +108,10 @@ impl<B: AutodiffBackend> Starts<B> {
             starts.kept.push(read(state, format!("{name}.kept-{i}"))?);
         }
         for (i, (loss, state)) in record.best.into_iter().enumerate() {
-            starts
-                .best
-                .push((loss, read(state, format!("{name}.best-{i}"))?));
+            starts.best.push((
+                f32::from_bits(loss),
+                read(state, format!("{name}.best-{i}"))?,
+            ));
         }
         Ok(starts)
     }

@@ -15,6 +15,10 @@ use crate::networks::FlattenAnything;
 /// Tells the seeds of the starts from those that users count up.
 const SEED_OF_START: u64 = 0x9e37_79b9_7f4a_7c15;
 
+/// How often the learning rate is halved before training gives up: a rate eight times too high is a
+/// mistake.
+pub(super) const MOST_HALVINGS: u32 = 3;
+
 /// What steps change.
 #[derive(Clone)]
 pub(super) struct State<B: AutodiffBackend> {
@@ -35,11 +39,18 @@ pub(super) struct State<B: AutodiffBackend> {
 /// What of a [`State`] is no tensor.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct StateRecord {
-    iteration: usize,
+    pub iteration: usize,
     schedule: usize,
     halvings: u32,
     rng: Pcg64,
     last: Option<StepRecord>,
+}
+
+impl StateRecord {
+    /// Whether training of so many iterations can have come there; further steps are allowed.
+    pub fn is_possible(&self, iterations: usize) -> bool {
+        self.halvings <= MOST_HALVINGS && self.iteration <= iterations.saturating_mul(2)
+    }
 }
 
 impl<B: AutodiffBackend> State<B> {

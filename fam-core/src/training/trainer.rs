@@ -11,12 +11,10 @@ use serde::{Deserialize, Serialize};
 
 use super::checkpoint::{CheckpointError, Reader, Writer};
 use super::starts::{Starts, StartsRecord};
-use super::state::{State, StateRecord};
+use super::state::{MOST_HALVINGS, State, StateRecord};
 use super::{Ablation, Strategies, TrainingConfig, turn};
 use crate::cycles::lattice;
-use crate::losses::{
-    AddedTerm, Evaluated, Flattening, LossTerm, Losses, Objective, Term, TermConfig,
-};
+use crate::losses::{AddedTerm, Evaluated, Flattening, LossTerm, Losses, Objective, Term};
 use crate::map::{ModelFileError, TrainedMap};
 use crate::sampling::{PointSource, Sample, TriangleSource};
 use fam_surface::{Normalization, Surface, SurfaceError};
@@ -107,18 +105,16 @@ struct Batch<B: AutodiffBackend> {
 /// a copy costs.
 const SAFE_EVERY: usize = 50;
 
-/// How often the learning rate is halved before training gives up: a rate eight times too high is a
-/// mistake.
-const MOST_HALVINGS: u32 = 3;
-
 /// Gets the trainer as it is after a step, and the step.
 type Observer<'a, B> = dyn FnMut(&Trainer<B>, &Step) -> ControlFlow<()> + 'a;
 
 /// What of a trainer is no tensor.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct TrainerRecord {
-    version: String,
-    pub config: TrainingConfig,
+    pub version: String,
+    config: TrainingConfig,
+    /// The terms beside those of the method.
+    added: Vec<(String, f64)>,
     normalization: Normalization,
     points: usize,
     done: usize,
@@ -128,12 +124,24 @@ pub(crate) struct TrainerRecord {
 }
 
 impl TrainerRecord {
-    pub fn check_version(&self) -> Result<(), CheckpointError> {
-        match self.version == env!("CARGO_PKG_VERSION") {
-            true => Ok(()),
-            false => Err(CheckpointError::Version(self.version.clone())),
-        }
+    /// Whether training can have come there.
+    fn is_possible(&self) -> bool {
+        let most = self.config.iterations;
+        let is_sane = |state: &StateRecord| state.is_possible(most);
+        is_sane(&self.state)
+            && is_sane(&self.safe)
+            && self.safe.iteration <= self.state.iteration
+            && self.state.iteration <= self.done
+            && self.starts.states().all(is_sane)
     }
+}
+
+fn names_and_weights(terms: &[Term]) -> Vec<(String, f64)> {
+    let added = |term: &Term| match term {
+        Term::Added { name, weight, .. } => Some(((*name).to_owned(), *weight)),
+        _ => None,
+    };
+    terms.iter().filter_map(added).collect()
 }
 
 impl<B: AutodiffBackend> Trainer<B> {
@@ -211,13 +219,18 @@ impl<B: AutodiffBackend> Trainer<B> {
             state,
             starts: Starts::default(),
             strategies,
-            terms: config.terms.iter().map(TermConfig::term).collect(),
+            terms: config
+                .terms
+                .iter()
+                .map(|term| term.term(surface, &normalization))
+                .collect(),
             done: 0,
             config,
         })
     }
 
-    /// This trainer with another term in its objective. A term of weight 0 is only observed.
+    /// This trainer with another term in its objective. A term of weight 0 is only observed. Terms are
+    /// added before the first step, and before [`resumed`](Self::resumed).
     pub fn with_term(mut self, weight: f64, term: Arc<dyn LossTerm<B>>) -> Self {
         self.terms.push(AddedTerm { weight, term });
         self
@@ -228,6 +241,11 @@ impl<B: AutodiffBackend> Trainer<B> {
     pub fn sample(&mut self) -> Sample {
         let count = self.source.count();
         self.source.draw(count, &mut self.state.rng)
+    }
+
+    /// How input units relate to the networks' unit ball.
+    pub fn normalization(&self) -> &Normalization {
+        &self.normalization
     }
 
     /// How many points each iteration trains on after the opening.
@@ -332,14 +350,21 @@ impl<B: AutodiffBackend> Trainer<B> {
 
     /// The terms that are not the method's.
     fn added(&self, evaluated: &Evaluated<'_, B>) -> Vec<(Term, Tensor<B, 1>)> {
-        let of = |added: &AddedTerm<B>| {
-            let term = Term::Added {
-                name: added.term.name(),
-                weight: added.weight,
-            };
-            Some((term, added.term.loss(evaluated)?))
+        let added = self.terms.iter().zip(self.added_terms());
+        added
+            .filter_map(|(added, term)| Some((term, added.term.loss(evaluated)?)))
+            .collect()
+    }
+
+    /// The names and weights of the terms that are not the method's.
+    fn added_terms(&self) -> Vec<Term> {
+        let terms = self.terms.iter().enumerate();
+        let term = |(index, added): (usize, &AddedTerm<B>)| Term::Added {
+            index,
+            name: added.term.name(),
+            weight: added.weight,
         };
-        self.terms.iter().filter_map(of).collect()
+        terms.map(term).collect()
     }
 
     /// The rest of the training; before the first step that is the opening of every start, and then
@@ -399,30 +424,29 @@ impl<B: AutodiffBackend> Trainer<B> {
                 if !self.starts.begun && !self.begin(round)? {
                     break;
                 }
-                outcome = self.steps(until - self.state.iteration, observe);
+                outcome = self.steps(until.saturating_sub(self.state.iteration), observe);
                 match outcome {
                     Ok(ControlFlow::Continue(())) => {
                         let last = self.state.last.as_ref();
                         let loss = last.map_or(f32::INFINITY, |step| weights.sum(&step.terms));
                         self.starts.keep(loss, self.state.clone(), wanted);
                     }
-                    // It may not have come as far as those before.
                     Ok(ControlFlow::Break(())) => break,
                     Err(_) => {}
                 }
                 self.starts.start += 1;
                 self.starts.begun = false;
             }
+            if outcome == Ok(ControlFlow::Break(())) {
+                return outcome;
+            }
             let Some((_, best)) = self.starts.best.first() else {
                 return outcome;
             };
             self.state = best.clone();
-            if outcome == Ok(ControlFlow::Break(())) {
-                return outcome;
-            }
+            self.safe = best.clone();
             self.starts.next_round();
         }
-        self.safe = self.state.clone();
         Ok(ControlFlow::Continue(()))
     }
 
@@ -473,7 +497,8 @@ impl<B: AutodiffBackend> Trainer<B> {
     /// Goes back to the last safe state, to go on at half the learning rate.
     fn go_back(&mut self) {
         self.safe.halvings += 1;
-        self.done -= self.state.iteration - self.safe.iteration;
+        let back = self.state.iteration.saturating_sub(self.safe.iteration);
+        self.done = self.done.saturating_sub(back);
         self.state = self.safe.clone();
     }
 
@@ -492,6 +517,7 @@ impl<B: AutodiffBackend> Trainer<B> {
         TrainerRecord {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             config: self.config.clone(),
+            added: names_and_weights(&self.added_terms()),
             normalization: self.normalization,
             points: self.source.count(),
             done: self.done,
@@ -519,19 +545,17 @@ impl<B: AutodiffBackend> Trainer<B> {
         prefix: &str,
         file: &Reader,
     ) -> Result<Self, CheckpointError> {
-        record.check_version()?;
-        if record.config != self.config {
+        if record.config != self.config || record.added != names_and_weights(&self.added_terms()) {
             return Err(CheckpointError::Config);
+        }
+        if !record.is_possible() {
+            return Err(CheckpointError::NotACheckpoint);
         }
         if record.normalization != self.normalization || record.points != self.source.count() {
             return Err(CheckpointError::Surface);
         }
         let (config, device) = (&self.config, &self.device);
-        let added = |added: &AddedTerm<B>| Term::Added {
-            name: added.term.name(),
-            weight: added.weight,
-        };
-        let added: Vec<Term> = self.terms.iter().map(added).collect();
+        let added = self.added_terms();
         let state = |record, name: &str| {
             let name = format!("{prefix}{name}");
             State::read(config, record, &name, &added, file, device)
@@ -568,9 +592,10 @@ impl<B: AutodiffBackend> Trainer<B> {
         Ok(step)
     }
 
-    /// The last step that was read of those that led to the current weights.
+    /// The last step that was read of those that led to the weights that [`finish`](Self::finish) takes.
     pub fn last_step(&self) -> Option<&Step> {
-        self.state.last.as_ref()
+        let best = self.starts.best.first().map(|(_, state)| state);
+        best.unwrap_or(&self.state).last.as_ref()
     }
 
     /// [`step`](Self::step) without a look at the losses, and so without waiting for the device (but
@@ -589,13 +614,17 @@ impl<B: AutodiffBackend> Trainer<B> {
         self.done += 1;
     }
 
-    /// The trained map with the UVs of `surface` in the unit square, and whether the last step
+    /// The trained map with the UVs of `surface` in the unit square. Where starts are still compared, it
+    /// is that of the best one that has ended: the others have not come as far. And whether the last step
     /// went well: if its weights have losses that are not finite, that error comes beside the
     /// map of the last good weights.
     pub fn finish(
         mut self,
         surface: &Surface,
     ) -> (TrainedMap<B::InnerBackend>, Result<(), TrainingError>) {
+        if let Some((_, best)) = self.starts.best.first() {
+            self.state = best.clone();
+        }
         let turn = turn();
         let losses = self.losses();
         let last_step = self.read(&losses).map(|_| ());
@@ -629,7 +658,11 @@ impl<B: AutodiffBackend> Trainer<B> {
             .zip(values.iter().copied())
             .collect();
         let total = values[terms.len()];
-        let broken = match terms.iter().find(|(_, value)| !value.is_finite()) {
+        let counts = |term: &Term| !term.is_only_observed();
+        let broken = match terms
+            .iter()
+            .find(|(t, value)| counts(t) && !value.is_finite())
+        {
             // Finite terms whose sum is not: the largest is to blame.
             None if !total.is_finite() => terms.iter().max_by(|a, b| a.1.total_cmp(&b.1)),
             found => found,

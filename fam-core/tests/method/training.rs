@@ -581,7 +581,13 @@ fn with_term(weight: f64, added: Arc<dyn LossTerm<Cpu>>) -> f32 {
     let trainer = Trainer::<Cpu>::with_strategies(config, &surface, &device, Strategies::tiled());
     let mut trainer = trainer.unwrap().with_term(weight, added);
     trainer.run(|_| ControlFlow::Continue(())).unwrap();
-    term(trainer.last_step().unwrap(), Term::Added { name, weight })
+    let index = 0;
+    let added = Term::Added {
+        index,
+        name,
+        weight,
+    };
+    term(trainer.last_step().unwrap(), added)
 }
 
 #[test]
@@ -735,11 +741,7 @@ fn a_checkpoint_of_something_else_is_refused() {
     assert!(refused(small(60), &other, &bytes).contains("another surface"));
     assert!(refused(small(61), &torus, &bytes).contains("another configuration"));
     let model = finished(fresh(small(60), &torus), &torus);
-    assert!(
-        refused(small(60), &torus, &model).contains("no model"),
-        "{}",
-        refused(small(60), &torus, &model)
-    );
+    assert!(refused(small(60), &torus, &model).contains("no checkpoint"));
     for length in [0, 7, 1000, bytes.len() - 1] {
         refused(small(60), &torus, &bytes[..length]);
     }
@@ -788,4 +790,72 @@ fn training_that_breaks_down_goes_back_three_times_at_most() {
         assert_eq!(steps, expected_steps, "{times}");
         assert_eq!(outcome.is_err(), times > 3);
     }
+}
+
+/// Also where the weights that it goes back to are older than the checkpoint.
+#[test]
+fn training_that_goes_on_breaks_down_as_if_it_had_not_been_interrupted() {
+    let surface = Surface::Mesh(shapes::torus(1.0, 0.4, 24, 12));
+    let config = small(80);
+    let fresh = |times: usize| {
+        let term = Breaking {
+            times: times.into(),
+        };
+        let trainer = Trainer::<Cpu>::new(config.clone(), &surface, &Default::default());
+        trainer.unwrap().with_term(1.0, Arc::new(term))
+    };
+    let mut whole = fresh(1);
+    whole.run(|_| ControlFlow::Continue(())).unwrap();
+    let mut checkpoint = Vec::new();
+    let mut first = fresh(1);
+    let is_there = |step: &Step, trainer: &Trainer<Cpu>| {
+        step.iteration == 60 && trainer.last_step() == Some(step) && step.before > 100
+    };
+    first
+        .run_observed(|trainer, step| match is_there(step, trainer) {
+            true => {
+                checkpoint = trainer.checkpoint().unwrap();
+                ControlFlow::Break(())
+            }
+            false => ControlFlow::Continue(()),
+        })
+        .unwrap();
+    let mut second = fresh(1).resumed(&checkpoint).unwrap();
+    second.run(|_| ControlFlow::Continue(())).unwrap();
+    assert!(finished(second, &surface) == finished(whole, &surface));
+    // Without the term it is another training.
+    let other = Trainer::<Cpu>::new(config.clone(), &surface, &Default::default()).unwrap();
+    let refused = other.resumed(&checkpoint).err().unwrap();
+    assert!(refused.to_string().contains("another configuration"));
+}
+
+/// A trainer that was broken off goes on, and is saved, as it is.
+#[test]
+fn a_trainer_can_be_run_in_pieces() {
+    let surface = Surface::Mesh(shapes::torus(1.0, 0.4, 24, 12));
+    let fresh = || Trainer::<Cpu>::new(small(20), &surface, &Default::default()).unwrap();
+    let mut whole = fresh();
+    whole.run(|_| ControlFlow::Continue(())).unwrap();
+    let mut pieces = fresh();
+    for piece in 0..100 {
+        let mut left = 7;
+        let mut is_over = true;
+        let observe = |_: &Step| {
+            left -= 1;
+            is_over = left > 0;
+            match is_over {
+                true => ControlFlow::Continue(()),
+                false => ControlFlow::Break(()),
+            }
+        };
+        pieces.run(observe).unwrap();
+        if is_over {
+            break;
+        }
+        if piece == 2 {
+            let checkpoint = pieces.checkpoint().unwrap();
+            pieces = fresh().resumed(&checkpoint).unwrap();
+        }
+    }
+    assert!(finished(pieces, &surface) == finished(whole, &surface));
 }

@@ -2,6 +2,7 @@
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use fam_core::atlas::{Checkpoint, Checkpointer};
@@ -35,6 +36,8 @@ pub struct Checkpoints {
     last: Instant,
     /// Whether one could not be saved, which is said once.
     failed: bool,
+    /// Held while a file of the folder is written.
+    writing: Arc<Mutex<()>>,
 }
 
 impl Run {
@@ -62,6 +65,7 @@ impl Run {
             every: arguments.checkpoint_every,
             last: Instant::now(),
             failed: false,
+            writing: self.writing.clone(),
         })
     }
 }
@@ -110,12 +114,13 @@ impl Checkpoints {
     fn write(&self, checkpoint: &Checkpointer) -> Result<(), Failure> {
         let label = serde_json::to_string(&self.label).map_err(Failure::work)?;
         let bytes = checkpoint.bytes(&label).map_err(Failure::work)?;
+        let _writing = self.writing.lock();
         write_atomically(&self.path, |out| out.write_all(&bytes)).map_err(Failure::work)
     }
+}
 
-    /// After the last step: the results say all.
-    pub fn remove(&self) {
-        // One that is left is refused or does the same again.
-        let _ = std::fs::remove_file(&self.path);
-    }
+/// Removes the checkpoint from a folder whose results are complete.
+pub fn remove(folder: &Path) {
+    // One that is left is refused, or leads to the same results again.
+    let _ = std::fs::remove_file(folder.join(NAME));
 }

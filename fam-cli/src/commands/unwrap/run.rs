@@ -13,7 +13,7 @@ use fam_core::training::{Strategies, TrainingError};
 use fam_io::{Document, Format, WriteOptions};
 use fam_surface::{Duplicates, Surface};
 
-use super::checkpoints::Checkpoints;
+use super::checkpoints::{self, Checkpoints};
 use super::fingerprint::Content;
 use super::summary::Summary;
 use crate::args;
@@ -173,6 +173,10 @@ impl Run {
         };
         let resume = match &checkpoints {
             Some(checkpoints) if arguments.resume => checkpoints.found()?,
+            None if arguments.resume && self.progress == ProgressMode::Terminal => {
+                print_line("warning: --resume has no use: there is no training to save");
+                None
+            }
             _ => None,
         };
         let options = Options {
@@ -223,8 +227,8 @@ impl Run {
             fingerprint: source.fingerprint.filter(|_| complete),
         })?;
         drop(writing);
-        if let Some(checkpoints) = checkpoints.filter(|_| !interrupted) {
-            checkpoints.remove();
+        if !interrupted {
+            checkpoints::remove(folder);
         }
         for warning in report.warnings() {
             print_line(&format!("warning: {input}: {warning}"));
@@ -289,10 +293,10 @@ impl Neural<'_, '_> {
     /// After a step.
     fn observe(&mut self, now: fam::Progress) -> ControlFlow<()> {
         let flow = self.progress.show(now);
-        if let (fam::Progress::Training { now, .. }, Some(checkpoints)) =
-            (now, &mut self.checkpoints)
+        if let fam::Progress::Training { now, .. } = now
+            && let (Some(checkpoints), Some(checkpoint)) = (&mut self.checkpoints, &now.checkpoint)
         {
-            checkpoints.save(&now.checkpoint, flow.is_break());
+            checkpoints.save(checkpoint, flow.is_break());
         }
         flow
     }

@@ -3,6 +3,8 @@ use std::sync::Arc;
 use burn::tensor::backend::Backend;
 use serde::{Deserialize, Serialize};
 
+use fam_surface::{Normalization, Surface};
+
 use super::{AddedTerm, Isometry, Landmarks, LossTerm, Mips};
 
 /// Largest weight, that of all terms.
@@ -31,12 +33,16 @@ pub enum TermKind {
 }
 
 impl TermConfig {
-    /// The term.
-    pub fn term<B: Backend>(&self) -> AddedTerm<B> {
+    /// The term of a surface.
+    pub fn term<B: Backend>(
+        &self,
+        surface: &Surface,
+        normalization: &Normalization,
+    ) -> AddedTerm<B> {
         let term: Arc<dyn LossTerm<B>> = match &self.kind {
             TermKind::Mips => Arc::new(Mips),
             TermKind::Isometry => Arc::new(Isometry),
-            TermKind::Landmarks(landmarks) => Arc::new(landmarks.clone()),
+            TermKind::Landmarks(landmarks) => Arc::new(landmarks.on(surface, normalization)),
         };
         AddedTerm {
             weight: self.weight,

@@ -3,12 +3,13 @@ use burn::tensor::{Tensor, backend::Backend};
 use super::{Evaluated, LossTerm};
 use crate::jacobian::{FirstFundamentalForm, Jacobian};
 
-/// Added to det JᵀJ, in units of its square trace. Where the map collapses, the term ends at a
+/// Times the squared trace of JᵀJ, added to its determinant. Where the map collapses, the term ends at a
 /// thousand instead of at infinity, and still has a gradient.
 const SMALLEST_DETERMINANT: f32 = 1e-3;
 
-/// MIPS (Hormann and Greiner, 2000): mean λ¹/λ² + λ²/λ¹ of the eigenvalues of JᵀJ, of f and of g where
-/// it has a Jacobian. 2 where the map keeps angles, whatever its scale.
+/// Mean λ¹/λ² + λ²/λ¹ of the eigenvalues of JᵀJ, of f and of g where it has a Jacobian: the energy MIPS
+/// (Hormann and Greiner, 2000) with eigenvalues in place of singular values. 2 where the map keeps
+/// angles, whatever its scale.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Mips;
 
@@ -25,6 +26,9 @@ impl<B: Backend> LossTerm<B> for Mips {
         mean_over_maps(evaluated, of_jacobian)
     }
 }
+
+/// The gradient of its power −1/2 is a number in 32 bits.
+const SMALLEST: f32 = 1e-12;
 
 /// The mean of a term of f and of g, where both have a Jacobian.
 pub(super) fn mean_over_maps<B: Backend>(
@@ -46,7 +50,7 @@ fn of_jacobian<B: Backend>(jacobian: Jacobian<B>) -> Tensor<B, 1> {
     let determinant = e * g - f.clone() * f;
     // λ¹/λ² + λ²/λ¹ = (λ¹ + λ²)² / (λ¹ λ²) − 2.
     let inverse_root = (determinant + squared.clone() * SMALLEST_DETERMINANT)
-        .clamp_min(f32::MIN_POSITIVE)
+        .clamp_min(SMALLEST)
         .powf_scalar(-0.5);
     (squared * inverse_root.clone() * inverse_root - 2.0).mean()
 }

@@ -7,7 +7,8 @@
 mod parameters;
 mod record;
 
-use safetensors::tensor::SafeTensors;
+use safetensors::tensor::{Dtype, SafeTensors};
+use serde::Deserialize;
 
 use crate::map::{ModelFileError, model_file, read_metadata};
 use crate::weights::{self, NamedTensor, WeightsError};
@@ -18,7 +19,10 @@ pub(crate) use record::{ErrorRecord, StepRecord};
 /// Why training cannot go on from a checkpoint.
 #[derive(Debug, thiserror::Error)]
 pub enum CheckpointError {
-    /// It is no checkpoint, or a damaged one.
+    /// It is something else, or says what cannot be.
+    #[error("it is no checkpoint")]
+    NotACheckpoint,
+    /// It is damaged.
     #[error(transparent)]
     File(#[from] ModelFileError),
     /// Another version of this crate wrote it, which may compute otherwise.
@@ -72,26 +76,49 @@ impl<'a> Reader<'a> {
         Ok(Self { bytes, file })
     }
 
-    /// All that is no tensor.
+    /// All that is no tensor, if this version wrote it.
     pub fn record<R: serde::de::DeserializeOwned>(&self) -> Result<R, CheckpointError> {
-        Ok(read_metadata(self.bytes)?)
+        #[derive(Deserialize)]
+        struct Version {
+            version: String,
+        }
+        let version: Result<Version, _> = read_metadata(self.bytes);
+        let Version { version } = version.map_err(|_| CheckpointError::NotACheckpoint)?;
+        match version == env!("CARGO_PKG_VERSION") {
+            true => Ok(read_metadata(self.bytes)?),
+            false => Err(CheckpointError::Version(version)),
+        }
     }
 
     /// The values of a tensor of a known shape.
     pub fn get(&self, name: &str, shape: &[usize]) -> Result<Vec<f32>, CheckpointError> {
         let view = weights::find(&self.file, name)?;
-        Ok(weights::floats(&view, name, shape)?)
+        if view.shape() != shape || view.dtype() != Dtype::F32 {
+            return Err(CheckpointError::NotACheckpoint);
+        }
+        Ok(values(view.data()))
     }
 
     /// The values of a tensor of any shape.
     pub fn all(&self, name: &str) -> Result<Vec<f32>, CheckpointError> {
         let view = weights::find(&self.file, name)?;
-        let shape = view.shape().to_vec();
-        Ok(weights::floats(&view, name, &shape)?)
+        match view.dtype() {
+            Dtype::F32 => Ok(values(view.data())),
+            _ => Err(CheckpointError::NotACheckpoint),
+        }
     }
 
     /// Whether there is a tensor of a name.
     pub fn has(&self, name: &str) -> bool {
         self.file.tensor(name).is_ok()
     }
+}
+
+/// The bits of numbers, which need not be finite: training may break down after a checkpoint.
+fn values(bytes: &[u8]) -> Vec<f32> {
+    let (values, _) = bytes.as_chunks::<4>();
+    values
+        .iter()
+        .map(|bytes| f32::from_le_bytes(*bytes))
+        .collect()
 }

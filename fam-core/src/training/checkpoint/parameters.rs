@@ -4,11 +4,11 @@ use burn::tensor::{Tensor, TensorData, backend::Backend};
 use super::{CheckpointError, Reader, Writer};
 use crate::networks::{FlattenAnything, FlattenAnythingConfig};
 
-/// Writes the parameters of a model under numbered names, in the memory layout that training has them
-/// in: products of matrices in another one may round otherwise.
+/// Writes the parameters of a model under numbered names, each in its own shape. A model that is read
+/// has them in that shape, too: the product of a matrix that is a transposed view may round otherwise.
 pub(crate) struct ModelWriter<'a> {
-    pub prefix: String,
-    pub out: &'a mut Writer,
+    prefix: String,
+    out: &'a mut Writer,
     number: usize,
 }
 

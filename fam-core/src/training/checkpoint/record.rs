@@ -14,7 +14,7 @@ pub(crate) struct StepRecord {
 
 impl StepRecord {
     pub fn of(step: &Step) -> Self {
-        let term = |(term, value): &(Term, f32)| (term.name().to_owned(), *value);
+        let term = |(term, value): &(Term, f32)| (key(*term), *value);
         Self {
             iteration: step.iteration,
             before: step.before,
@@ -53,7 +53,7 @@ impl ErrorRecord {
                 value,
                 iteration,
             } => Some(Self {
-                term: term.name().to_owned(),
+                term: key(*term),
                 value: value.to_bits(),
                 iteration: *iteration,
             }),
@@ -70,7 +70,15 @@ impl ErrorRecord {
     }
 }
 
+/// Names a term; those that were added by their place.
+fn key(term: Term) -> String {
+    match term {
+        Term::Added { index, .. } => format!("added {index}"),
+        _ => term.name().to_owned(),
+    }
+}
+
 fn named(name: &str, known: &[Term]) -> Option<Term> {
     let mut all = Term::OF_METHOD.iter().chain(known);
-    all.find(|term| term.name() == name).copied()
+    all.find(|term| key(**term) == name).copied()
 }

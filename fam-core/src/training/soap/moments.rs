@@ -126,7 +126,7 @@ impl Moments {
             self.sides = Sides::Known(Box::new(products(gradient).map(Basis::new)));
             return self.mean.clone();
         }
-        self.time += 1;
+        self.time = self.time.saturating_add(1);
         running(&mut self.mean, &gradient);
         let unbiased = 1.0 / (1.0 - BETA.powi(self.time));
         let (mut update, turned) = (self.turned(&self.mean), self.turned(&gradient));
