@@ -14,7 +14,7 @@ const MAX_POINTS: usize = 1_000_000;
 const MAX_STARTS: usize = 64;
 
 /// What is left of the weight of ℓ_wrap when the surface is open. Until then it leads; after that it
-/// stands in the way of the other terms (docs/performance.md).
+/// stands in the way of the other terms (docs/experiments.md).
 const WRAP_AFTER_OPENING: f64 = 0.03;
 
 /// Share of the iterations in which it falls there, geometrically.
@@ -25,11 +25,11 @@ const FINALISTS: usize = 2;
 
 /// Share of the iterations after which one of them does. By then ℓ_flat tells a surface that has
 /// opened from one that has folded, which the loss after the opening does not always
-/// (docs/performance.md).
+/// (docs/experiments.md).
 const FINALISTS_GO_ON: f64 = 0.15;
 
 /// Share of the points that open the surface: its shape at large is what starts are compared by, and
-/// maps do not end worse by it (docs/performance.md).
+/// maps do not end worse by it (docs/experiments.md).
 const OPENING_POINTS: f64 = 0.35;
 
 /// Fewer than that do not show a surface's shape.
@@ -137,7 +137,7 @@ impl TrainingConfig {
     ///
     /// So few steps want larger ones, by an optimiser that makes more of each. Six starts open
     /// the surface, and the best go on. Only then does ℓ_flat set in, which the paper does not have,
-    /// and ℓ_wrap steps back. docs/performance.md has what each is worth.
+    /// and ℓ_wrap steps back. docs/experiments.md has what each is worth.
     pub fn fast() -> Self {
         Self {
             points: 1_000,

@@ -679,6 +679,7 @@ fn training_goes_on_from_a_checkpoint_as_if_it_had_not_been_interrupted() {
             starts,
             sampling: Sampling::Vertices,
             networks: FlattenAnythingConfig::new().with_width(32).with_latent(8),
+            points: 120,
             ..small(40)
         };
         let fresh = || {
@@ -796,7 +797,10 @@ fn training_that_breaks_down_goes_back_three_times_at_most() {
 #[test]
 fn training_that_goes_on_breaks_down_as_if_it_had_not_been_interrupted() {
     let surface = Surface::Mesh(shapes::torus(1.0, 0.4, 24, 12));
-    let config = small(80);
+    let config = TrainingConfig {
+        points: 200,
+        ..small(80)
+    };
     let fresh = |times: usize| {
         let term = Breaking {
             times: times.into(),
