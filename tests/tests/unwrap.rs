@@ -405,6 +405,7 @@ fn an_interrupt_still_writes_what_was_trained() {
     let rest: Vec<String> = lines.map_while(Result::ok).collect();
     assert_eq!(child.wait().unwrap().code(), Some(130), "{rest:?}");
     assert!(rest.iter().any(|line| line.starts_with("stopping: ")));
+    assert!(rest.iter().any(|line| line.contains("--resume")));
     let out = folder.path().join("sample.fam");
     let metrics = json(&out.join("metrics.json"));
     let iterations = metrics["components"][0]["iterations"].as_u64().unwrap();

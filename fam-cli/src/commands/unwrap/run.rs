@@ -249,6 +249,9 @@ impl Run {
             print_json(&summary)?;
         } else if self.progress == ProgressMode::Terminal {
             say(&unwrapped, &report, folder);
+            if interrupted && used == Used::Neural {
+                print_line("--resume goes on with the training");
+            }
         }
         Ok(Done {
             report,
