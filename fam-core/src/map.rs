@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use burn::module::{AutodiffModule, Module};
 use burn::tensor::{FloatDType, Tensor, TensorData, backend::Backend};
 use burn_autodiff::Autodiff;
-use safetensors::tensor::{Dtype, SafeTensors, TensorView};
+use safetensors::tensor::SafeTensors;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
@@ -79,16 +79,8 @@ pub(crate) fn model_file(
 ) -> Result<Vec<u8>, ModelFileError> {
     let metadata = serde_json::to_string(metadata)
         .map_err(|error| ModelFileError::Metadata(error.to_string()))?;
-    let views = tensors
-        .iter()
-        .map(|(name, shape, bytes)| {
-            let view = TensorView::new(Dtype::F32, shape.clone(), bytes)?;
-            Ok((name.as_str(), view))
-        })
-        .collect::<Result<Vec<_>, WeightsError>>()?;
     let metadata = HashMap::from([(METADATA_KEY.to_string(), metadata)]);
-    let bytes = safetensors::serialize(views, Some(metadata)).map_err(WeightsError::from)?;
-    Ok(bytes)
+    Ok(weights::safetensors_with(tensors, Some(metadata))?)
 }
 
 /// The metadata of a model file.

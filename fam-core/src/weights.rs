@@ -4,6 +4,8 @@
 //! `<stack>` is `deform.mlp_1`, `deform.mlp_2`, `wrap.mlp_1`, `wrap.mlp_2`, `cut.mlp_1`,
 //! `cut.mlp_2` or `unwrap.mlp`. Weights of the authors' program are read by its own names.
 
+use std::collections::HashMap;
+
 use burn::module::Param;
 use burn::nn::Linear;
 use burn::tensor::{Tensor, TensorData, backend::Backend};
@@ -173,6 +175,14 @@ pub(crate) fn tensors<B: Backend>(model: &FlattenAnything<B>, prefix: &str) -> V
 /// # Errors
 /// A tensor has another number of bytes than its shape asks for.
 pub fn safetensors(tensors: &[NamedTensor]) -> Result<Vec<u8>, WeightsError> {
+    safetensors_with(tensors, None)
+}
+
+/// [`safetensors`] with metadata.
+pub(crate) fn safetensors_with(
+    tensors: &[NamedTensor],
+    metadata: Option<HashMap<String, String>>,
+) -> Result<Vec<u8>, WeightsError> {
     let views = tensors
         .iter()
         .map(|(name, shape, bytes)| {
@@ -180,7 +190,7 @@ pub fn safetensors(tensors: &[NamedTensor]) -> Result<Vec<u8>, WeightsError> {
             Ok((name.as_str(), view))
         })
         .collect::<Result<Vec<_>, WeightsError>>()?;
-    Ok(safetensors::serialize(views, None)?)
+    Ok(safetensors::serialize(views, metadata)?)
 }
 
 fn named<B: Backend>(model: &FlattenAnything<B>, naming: Naming<'_>) -> Vec<NamedTensor> {

@@ -305,3 +305,20 @@ impl Default for Unwrap {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::args::{Arguments, Command};
+    use clap::Parser;
+
+    /// `fam` alone is `fam unwrap`.
+    #[test]
+    fn without_options_all_are_as_by_default() {
+        let parsed = Arguments::try_parse_from(["fam", "unwrap"]).unwrap();
+        let Some(Command::Unwrap(parsed)) = parsed.command else {
+            panic!("it is another command");
+        };
+        assert_eq!(format!("{parsed:?}"), format!("{:?}", Unwrap::default()));
+    }
+}

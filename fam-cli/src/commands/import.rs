@@ -1,5 +1,3 @@
-use std::path::Path;
-
 use burn::tensor::backend::AutodiffBackend;
 use fam_core::atlas::Atlas;
 use fam_core::map::TrainedMap;
@@ -41,12 +39,8 @@ pub fn import(arguments: &args::Import) -> Result<u8, Failure> {
     let model = Backend::choose(BackendName::Flex)?
         .run(read)
         .map_err(fail)?;
-    write(&arguments.out, &model)?;
+    write_atomically(&arguments.out, |out| out.write_all(&model)).map_err(Failure::work)?;
     Ok(SUCCESS)
-}
-
-fn write(path: &Path, model: &[u8]) -> Result<(), Failure> {
-    write_atomically(path, |out| out.write_all(model)).map_err(Failure::work)
 }
 
 /// Drops what is in front of the names of the authors' program, as `model.` or `module.`, and other

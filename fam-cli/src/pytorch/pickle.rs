@@ -38,11 +38,13 @@ impl Number {
 
     /// One of them, from as many bytes.
     pub fn read(self, bytes: &[u8]) -> f32 {
-        match (self, bytes.as_chunks().0, bytes.as_chunks().0) {
-            (Self::F32, [bytes], _) => f32::from_le_bytes(*bytes),
-            (Self::F64, _, [bytes]) => f64::from_le_bytes(*bytes) as f32,
-            _ => f32::NAN,
-        }
+        let number = match self {
+            Self::F32 => bytes.first_chunk().map(|bytes| f32::from_le_bytes(*bytes)),
+            Self::F64 => bytes
+                .first_chunk()
+                .map(|bytes| f64::from_le_bytes(*bytes) as f32),
+        };
+        number.unwrap_or(f32::NAN)
     }
 }
 

@@ -139,7 +139,6 @@ const TRAINER: &str = "trainer.";
 /// All of a checkpoint that is no tensor.
 #[derive(Serialize, Deserialize)]
 struct Record {
-    version: String,
     label: String,
     config: TrainingConfig,
     finished: Vec<PartRecord>,
@@ -174,7 +173,6 @@ pub(super) fn write<B: AutodiffBackend>(
         }
     };
     let record = Record {
-        version: env!("CARGO_PKG_VERSION").to_owned(),
         label: label.to_owned(),
         config: config.clone(),
         finished: finished.iter().enumerate().map(part).collect(),

@@ -4,7 +4,9 @@
 mod reference_numbers;
 
 mod atlas;
+mod checkpoints;
 mod gradients;
 mod parity;
 mod tensors;
+mod terms;
 mod training;

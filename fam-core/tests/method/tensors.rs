@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use burn::tensor::{Tensor, TensorData};
 use burn_autodiff::Autodiff;
 use burn_ndarray::NdArray;
-use fam_core::map::TrainedMap;
+use fam_core::map::{TrainedMap, UvFrame};
 use fam_core::networks::FlattenAnythingConfig;
 use fam_core::training::{Ablation, Strategies, TrainingConfig, train, turn};
 use fam_surface::{Surface, TriangleMesh, shapes};
@@ -80,7 +80,8 @@ fn tensors_of_a_map_are_its_uvs_and_its_jacobian() {
     );
 }
 
-/// By the points, it is the Jacobian; by the weights, a step against the gradient lowers a loss.
+/// By the points, it is the Jacobian. UVs are linear in the last layer, and so are their derivatives: by
+/// Euler's theorem, gradient · weights is the linear part of a sum, and twice a sum of squares.
 #[test]
 fn gradients_go_through_a_map() {
     let (map, surface) = map(Ablation::None);
@@ -88,6 +89,7 @@ fn gradients_go_through_a_map() {
     let _turn = turn();
     let at = tensor(points).require_grad();
     let loss = map.uv_tensor(at.clone()).unwrap().sum();
+    let sum = host(&loss)[0];
     let gradients = loss.backward();
     let found = host(&Tensor::<Cpu, 2>::from_inner(at.grad(&gradients).unwrap()));
     for (found, rows) in found.chunks(3).zip(map.jacobian(points)) {
@@ -100,11 +102,37 @@ fn gradients_go_through_a_map() {
             );
         }
     }
-    let weights = &map.model().unwrap.mlp.layers[0].weight;
-    assert!(weights.val().grad(&gradients).is_some());
+    let last = map.model().unwrap.mlp.layers.last().unwrap();
+    let (weight, bias) = (last.weight.val(), last.bias.as_ref().unwrap().val());
+    let along = |gradients: &_| {
+        let of = |value: Vec<f32>, gradient: Vec<f32>| -> f32 {
+            value.iter().zip(gradient).map(|(a, b)| a * b).sum()
+        };
+        let weight = of(host(&weight), numbers(weight.grad(gradients).unwrap()));
+        let bias = bias
+            .grad(gradients)
+            .map_or(0.0, |gradient| of(host(&bias), numbers(gradient)));
+        weight + bias
+    };
+    let UvFrame { corner, side, .. } = map.frame();
+    let linear = sum + points.len() as f32 * (corner[0] + corner[1]) / side;
+    let found = along(&gradients);
+    assert!(
+        (found - linear).abs() < 1e-4 * linear.abs().max(1.0),
+        "{found} {linear}"
+    );
     // A loss of the derivatives, too.
-    let (_, along) = map.uv_tensor_with_jacobian(tensor(points)).unwrap();
-    let stretch = along.map(|along| (along.clone() * along).sum());
-    let gradients = stretch.into_iter().reduce(|a, b| a + b).unwrap().backward();
-    assert!(weights.val().grad(&gradients).is_some());
+    let (_, derivatives) = map.uv_tensor_with_jacobian(tensor(points)).unwrap();
+    let squares = derivatives.map(|d| (d.clone() * d).sum());
+    let squares = squares.into_iter().reduce(|a, b| a + b).unwrap();
+    let value = host(&squares)[0];
+    let found = along(&squares.backward());
+    assert!(
+        value > 0.0 && (found - 2.0 * value).abs() < 1e-4 * value,
+        "{found} {value}"
+    );
+}
+
+fn numbers<const D: usize>(tensor: Tensor<NdArray, D>) -> Vec<f32> {
+    tensor.into_data().to_vec().unwrap()
 }

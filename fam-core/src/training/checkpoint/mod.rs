@@ -1,5 +1,5 @@
 //! What training needs to go on in another process, as the bytes of a safetensors file: weights, the
-//! state of the optimiser, the schedule, random numbers, and where the comparison of starts is.
+//! state of the optimiser, the schedule, random numbers, and the starts that are compared.
 //!
 //! On a backend that computes alike each time, training that goes on from a checkpoint ends in the same
 //! bits as training that was never interrupted.
@@ -8,7 +8,8 @@ mod parameters;
 mod record;
 
 use safetensors::tensor::{Dtype, SafeTensors};
-use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 
 use crate::map::{ModelFileError, model_file, read_metadata};
 use crate::weights::{self, NamedTensor, WeightsError};
@@ -42,6 +43,25 @@ impl From<WeightsError> for CheckpointError {
     }
 }
 
+/// All of a checkpoint that is no tensor.
+#[derive(Serialize)]
+struct Written<'a, R> {
+    version: &'a str,
+    record: &'a R,
+}
+
+/// What says whether the rest of it can be read.
+#[derive(Deserialize)]
+struct Version {
+    version: String,
+}
+
+/// The rest.
+#[derive(Deserialize)]
+struct Record<R> {
+    record: R,
+}
+
 /// The tensors of a checkpoint that is being written.
 #[derive(Default)]
 pub(crate) struct Writer {
@@ -59,8 +79,9 @@ impl Writer {
     }
 
     /// The bytes of the file, with all that is no tensor.
-    pub fn finish(&self, record: &impl serde::Serialize) -> Result<Vec<u8>, ModelFileError> {
-        model_file(&self.tensors, record)
+    pub fn finish(&self, record: &impl Serialize) -> Result<Vec<u8>, ModelFileError> {
+        let version = env!("CARGO_PKG_VERSION");
+        model_file(&self.tensors, &Written { version, record })
     }
 }
 
@@ -77,15 +98,11 @@ impl<'a> Reader<'a> {
     }
 
     /// All that is no tensor, if this version wrote it.
-    pub fn record<R: serde::de::DeserializeOwned>(&self) -> Result<R, CheckpointError> {
-        #[derive(Deserialize)]
-        struct Version {
-            version: String,
-        }
+    pub fn record<R: DeserializeOwned>(&self) -> Result<R, CheckpointError> {
         let version: Result<Version, _> = read_metadata(self.bytes);
         let Version { version } = version.map_err(|_| CheckpointError::NotACheckpoint)?;
         match version == env!("CARGO_PKG_VERSION") {
-            true => Ok(read_metadata(self.bytes)?),
+            true => Ok(read_metadata::<Record<R>>(self.bytes)?.record),
             false => Err(CheckpointError::Version(version)),
         }
     }

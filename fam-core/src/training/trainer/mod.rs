@@ -1,3 +1,6 @@
+mod run;
+mod saved;
+
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -7,17 +10,17 @@ use burn::tensor::backend::{AutodiffBackend, Backend};
 use burn::tensor::{Tensor, TensorData};
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
-use serde::{Deserialize, Serialize};
 
-use super::checkpoint::{CheckpointError, Reader, Writer};
-use super::starts::{Starts, StartsRecord};
-use super::state::{MOST_HALVINGS, State, StateRecord};
+use super::starts::Starts;
+use super::state::State;
 use super::{Ablation, Strategies, TrainingConfig, turn};
 use crate::cycles::lattice;
 use crate::losses::{AddedTerm, Evaluated, Flattening, LossTerm, Losses, Objective, Term};
-use crate::map::{ModelFileError, TrainedMap};
+use crate::map::TrainedMap;
 use crate::sampling::{PointSource, Sample, TriangleSource};
 use fam_surface::{Normalization, Surface, SurfaceError};
+
+pub(crate) use saved::TrainerRecord;
 
 /// What one iteration did.
 #[derive(Debug, Clone, PartialEq)]
@@ -104,45 +107,6 @@ struct Batch<B: AutodiffBackend> {
 /// Steps between two states that training can go back to: few beside a training, and many beside what
 /// a copy costs.
 const SAFE_EVERY: usize = 50;
-
-/// Gets the trainer as it is after a step, and the step.
-type Observer<'a, B> = dyn FnMut(&Trainer<B>, &Step) -> ControlFlow<()> + 'a;
-
-/// What of a trainer is no tensor.
-#[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct TrainerRecord {
-    pub version: String,
-    config: TrainingConfig,
-    /// The terms beside those of the method.
-    added: Vec<(String, f64)>,
-    normalization: Normalization,
-    points: usize,
-    done: usize,
-    state: StateRecord,
-    safe: StateRecord,
-    starts: StartsRecord,
-}
-
-impl TrainerRecord {
-    /// Whether training can have come there.
-    fn is_possible(&self) -> bool {
-        let most = self.config.iterations;
-        let is_sane = |state: &StateRecord| state.is_possible(most);
-        is_sane(&self.state)
-            && is_sane(&self.safe)
-            && self.safe.iteration <= self.state.iteration
-            && self.state.iteration <= self.done
-            && self.starts.states().all(is_sane)
-    }
-}
-
-fn names_and_weights(terms: &[Term]) -> Vec<(String, f64)> {
-    let added = |term: &Term| match term {
-        Term::Added { name, weight, .. } => Some(((*name).to_owned(), *weight)),
-        _ => None,
-    };
-    terms.iter().filter_map(added).collect()
-}
 
 impl<B: AutodiffBackend> Trainer<B> {
     /// A trainer with fresh weights and [`Strategies::plain`].
@@ -365,207 +329,6 @@ impl<B: AutodiffBackend> Trainer<B> {
             weight: added.weight,
         };
         terms.map(term).collect()
-    }
-
-    /// The rest of the training; before the first step that is the opening of every start, and then
-    /// the best to its end; or until `observe` breaks off. One of [`Strategies::read_every`] steps is
-    /// read and observed, and the last before starts are compared or training ends. Other steps of
-    /// the opening have no ℓ_flat.
-    ///
-    /// Where a loss is not finite, training goes back some steps and on at half the learning rate, three
-    /// times at most.
-    ///
-    /// # Errors
-    /// As [`step`](Self::step), if it happens to all starts that are compared or to the best.
-    pub fn run(
-        &mut self,
-        mut observe: impl FnMut(&Step) -> ControlFlow<()>,
-    ) -> Result<(), TrainingError> {
-        self.run_observed(|_, step| observe(step))
-    }
-
-    /// [`run`](Self::run), where `observe` also gets the trainer as it is after the step, for its
-    /// [`checkpoint`](Self::checkpoint).
-    ///
-    /// # Errors
-    /// As [`run`](Self::run).
-    pub fn run_observed(
-        &mut self,
-        mut observe: impl FnMut(&Self, &Step) -> ControlFlow<()>,
-    ) -> Result<(), TrainingError> {
-        let is_fresh = self.done == 0 || self.starts.begun || self.starts.round > 0;
-        if is_fresh && self.best_start(&mut observe)?.is_break() {
-            return Ok(());
-        }
-        let rest = self.config.iterations.saturating_sub(self.state.iteration);
-        self.steps(rest, &mut observe).map(|_| ())
-    }
-
-    /// Takes all starts through their rounds, and goes on from the one with the smallest loss.
-    fn best_start(
-        &mut self,
-        observe: &mut Observer<'_, B>,
-    ) -> Result<ControlFlow<()>, TrainingError> {
-        let rounds = self.config.rounds();
-        // Of all terms, and those that training ends with.
-        let [weights, last_weights] = [
-            self.config.weights.clone(),
-            self.config.weights_at(self.config.iterations),
-        ];
-        while let Some(&(starts, until)) = rounds.get(self.starts.round) {
-            let weights = match until > self.config.opening_iterations() {
-                true => &last_weights,
-                false => &weights,
-            };
-            let round = self.starts.round;
-            let wanted = rounds.get(round + 1).map_or(1, |&(starts, _)| starts);
-            let mut outcome = Ok(ControlFlow::Continue(()));
-            while self.starts.start < starts {
-                if !self.starts.begun && !self.begin(round)? {
-                    break;
-                }
-                outcome = self.steps(until.saturating_sub(self.state.iteration), observe);
-                match outcome {
-                    Ok(ControlFlow::Continue(())) => {
-                        let last = self.state.last.as_ref();
-                        let loss = last.map_or(f32::INFINITY, |step| weights.sum(&step.terms));
-                        self.starts.keep(loss, self.state.clone(), wanted);
-                    }
-                    Ok(ControlFlow::Break(())) => break,
-                    Err(_) => {}
-                }
-                self.starts.start += 1;
-                self.starts.begun = false;
-            }
-            if outcome == Ok(ControlFlow::Break(())) {
-                return outcome;
-            }
-            let Some((_, best)) = self.starts.best.first() else {
-                return outcome;
-            };
-            self.state = best.clone();
-            self.safe = best.clone();
-            self.starts.next_round();
-        }
-        Ok(ControlFlow::Continue(()))
-    }
-
-    /// Begins the next start of a round; one that broke down in the round before is not among them.
-    fn begin(&mut self, round: usize) -> Result<bool, TrainingError> {
-        let start = self.starts.start;
-        match (round, start) {
-            (0, 0) => {}
-            (0, _) => self.state = State::new(&self.config, start, &self.device)?,
-            _ => match self.starts.kept.get(start) {
-                Some(state) => self.state = state.clone(),
-                None => return Ok(false),
-            },
-        }
-        self.safe = self.state.clone();
-        self.starts.begun = true;
-        Ok(true)
-    }
-
-    fn steps(
-        &mut self,
-        count: usize,
-        observe: &mut Observer<'_, B>,
-    ) -> Result<ControlFlow<()>, TrainingError> {
-        let every = self.strategies.read_every.max(1);
-        let until = self.state.iteration + count;
-        let mut done = 0_usize;
-        while self.state.iteration < until {
-            done += 1;
-            let is_last = self.state.iteration + 1 == until;
-            if !done.is_multiple_of(every) && !is_last {
-                self.step_unread();
-                continue;
-            }
-            match self.read_step(is_last) {
-                Ok(step) => {
-                    if observe(self, &step).is_break() {
-                        return Ok(ControlFlow::Break(()));
-                    }
-                }
-                Err(error) if self.safe.halvings >= MOST_HALVINGS => return Err(error),
-                Err(_) => self.go_back(),
-            }
-        }
-        Ok(ControlFlow::Continue(()))
-    }
-
-    /// Goes back to the last safe state, to go on at half the learning rate.
-    fn go_back(&mut self) {
-        self.safe.halvings += 1;
-        let back = self.state.iteration.saturating_sub(self.safe.iteration);
-        self.done = self.done.saturating_sub(back);
-        self.state = self.safe.clone();
-    }
-
-    /// The bytes from which [`resumed`](Self::resumed) goes on after the last step.
-    ///
-    /// # Errors
-    /// The container refuses a tensor.
-    pub fn checkpoint(&self) -> Result<Vec<u8>, ModelFileError> {
-        let mut out = Writer::default();
-        let record = self.write("", &mut out);
-        out.finish(&record)
-    }
-
-    /// Writes its tensors under a prefix. Returns all else.
-    pub(crate) fn write(&self, prefix: &str, out: &mut Writer) -> TrainerRecord {
-        TrainerRecord {
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            config: self.config.clone(),
-            added: names_and_weights(&self.added_terms()),
-            normalization: self.normalization,
-            points: self.source.count(),
-            done: self.done,
-            state: self.state.write(&format!("{prefix}state"), out),
-            safe: self.safe.write(&format!("{prefix}safe"), out),
-            starts: self.starts.write(&format!("{prefix}starts"), out),
-        }
-    }
-
-    /// This trainer, which has made no step, where [`checkpoint`](Self::checkpoint) left off.
-    ///
-    /// # Errors
-    /// It is no checkpoint, or that of another version, surface or configuration. Of surfaces the size
-    /// and the place are compared, not every point.
-    pub fn resumed(self, checkpoint: &[u8]) -> Result<Self, CheckpointError> {
-        let file = Reader::new(checkpoint)?;
-        let record = file.record()?;
-        self.restored(record, "", &file)
-    }
-
-    /// What [`write`](Self::write) wrote.
-    pub(crate) fn restored(
-        mut self,
-        record: TrainerRecord,
-        prefix: &str,
-        file: &Reader,
-    ) -> Result<Self, CheckpointError> {
-        if record.config != self.config || record.added != names_and_weights(&self.added_terms()) {
-            return Err(CheckpointError::Config);
-        }
-        if !record.is_possible() {
-            return Err(CheckpointError::NotACheckpoint);
-        }
-        if record.normalization != self.normalization || record.points != self.source.count() {
-            return Err(CheckpointError::Surface);
-        }
-        let (config, device) = (&self.config, &self.device);
-        let added = self.added_terms();
-        let state = |record, name: &str| {
-            let name = format!("{prefix}{name}");
-            State::read(config, record, &name, &added, file, device)
-        };
-        self.state = state(record.state, "state")?;
-        self.safe = state(record.safe, "safe")?;
-        let name = format!("{prefix}starts");
-        self.starts = Starts::read(config, record.starts, &name, &added, file, device)?;
-        self.done = record.done;
-        Ok(self)
     }
 
     /// One optimiser step. The learning rate follows its cosine for the configured number of
