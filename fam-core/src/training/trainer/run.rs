@@ -12,7 +12,7 @@ type Observer<'a, B> = dyn FnMut(&Trainer<B>, &Step) -> ControlFlow<()> + 'a;
 
 impl<B: AutodiffBackend> Trainer<B> {
     /// The rest of the training; before the first step that is the opening of every start, and then
-    /// the best to its end; or until `observe` breaks off. One of [`Strategies::read_every`] steps is
+    /// the best to its end; or until `observe` breaks off. One of [`Strategies::read_every`](crate::training::Strategies::read_every) steps is
     /// read and observed, and the last before starts are compared or training ends. Other steps of
     /// the opening have no ℓ_flat.
     ///
