@@ -9,19 +9,25 @@ use crate::vector::normalize;
 /// The surface of the unit cube with one corner at the origin: `squares` × `squares` squares on
 /// every side, of two triangles each.
 pub fn cube(squares: u32) -> TriangleMesh {
-    let n = squares.max(1);
+    block([squares; 3])
+}
+
+/// The surface of the unit cube with so many rows of rectangles along each axis.
+pub(super) fn block(rows: [u32; 3]) -> TriangleMesh {
+    let rows = rows.map(|n| n.max(1));
     let mut numbers = BTreeMap::new();
     let mut positions = Vec::new();
     let mut triangles = Vec::new();
     for (axis, far) in (0..3).flat_map(|axis| [(axis, false), (axis, true)]) {
-        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+        let [one, two] = [(axis + 1) % 3, (axis + 2) % 3];
+        for (i, j) in (0..rows[one]).flat_map(|i| (0..rows[two]).map(move |j| (i, j))) {
             let corner = |(di, dj): (u32, u32)| {
                 let mut at = [0; 3];
-                at[axis] = if far { n } else { 0 };
-                at[(axis + 1) % 3] = i + di;
-                at[(axis + 2) % 3] = j + dj;
+                at[axis] = if far { rows[axis] } else { 0 };
+                at[one] = i + di;
+                at[two] = j + dj;
                 *numbers.entry(at).or_insert_with(|| {
-                    positions.push(at.map(|c| f64::from(c) / f64::from(n)));
+                    positions.push([0, 1, 2].map(|k| f64::from(at[k]) / f64::from(rows[k])));
                     positions.len() as u32 - 1
                 })
             };

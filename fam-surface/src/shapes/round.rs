@@ -1,6 +1,6 @@
 //! Surfaces around an axis.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::grid::grid;
 use super::rings::rings;
@@ -62,6 +62,15 @@ pub fn cone(radius: f64, height: f64, around: u32, along: u32) -> TriangleMesh {
         }
     }
     TriangleMesh::new(positions, triangles).expect("a cone is a valid mesh")
+}
+
+/// Half a sphere of radius 1, open below (z = 0), in triangles of edges about `spacing` long; a
+/// spacing that is no number or outside 0.001 to 1 becomes the next in there.
+pub fn hemisphere(spacing: f64) -> TriangleMesh {
+    rings(spacing.min(1.0).max(1e-3), |w, a| {
+        let (sin, cos) = (w * FRAC_PI_2).sin_cos();
+        [sin * a.cos(), sin * a.sin(), cos]
+    })
 }
 
 /// Head, neck and shoulders, about 3 high, in triangles of edges about `spacing` long, open at

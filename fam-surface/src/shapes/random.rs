@@ -1,0 +1,40 @@
+//! Numbers that look random and are the same for the same seed on every machine.
+
+use std::f64::consts::TAU;
+
+use super::fields::Point;
+
+/// A row of numbers: the steps of a counter, well mixed.
+pub(super) struct Random {
+    state: u64,
+}
+
+impl Random {
+    pub(super) fn new(seed: u64) -> Self {
+        Self { state: seed }
+    }
+
+    /// The next 64 bits. The odd step visits all states; the shifts and products, those of
+    /// SplitMix64, let every bit of the state reach every bit of the number.
+    fn bits(&mut self) -> u64 {
+        self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut mixed = self.state;
+        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        mixed ^ (mixed >> 31)
+    }
+
+    /// A number from `low` to below `high`.
+    pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
+        let unit = (self.bits() >> 11) as f64 / (1_u64 << 53) as f64;
+        low + (high - low) * unit
+    }
+
+    /// A unit vector, all directions alike.
+    pub(super) fn direction(&mut self) -> Point {
+        let z = self.between(-1.0, 1.0);
+        let angle = self.between(0.0, TAU);
+        let ring = (1.0 - z * z).sqrt();
+        [ring * angle.cos(), ring * angle.sin(), z]
+    }
+}
