@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 
 pub use bench::Bench;
-pub use evaluate::Evaluate;
+pub use evaluate::{Evaluate, Suite};
 #[cfg(test)]
 pub use names::FinishName;
 pub use names::{BackendName, Preset, name_of};

@@ -4,6 +4,7 @@ mod again;
 mod args;
 mod backend;
 mod batch;
+mod checkpoints;
 mod commands;
 mod config;
 mod failure;

@@ -16,6 +16,9 @@ use crate::failure::Failure;
 /// Side of uv.png in pixels.
 const UV_PICTURE_SIDE: u32 = 1024;
 
+/// Side of a panel of preview.png in pixels.
+const PREVIEW_SIDE: u32 = 512;
+
 /// Name of the report, which is written last: where it is, the folder is complete.
 const REPORT: &str = "metrics.json";
 
@@ -178,7 +181,7 @@ impl Output {
                 let drawn = Drawn::Mesh(mesh, &row);
                 (
                     uv_picture(drawn, UV_PICTURE_SIDE),
-                    preview_picture(drawn, drawn_seams),
+                    preview_picture(drawn, drawn_seams, PREVIEW_SIDE),
                 )
             }
             (Surface::PointCloud(cloud), Uvs::Points(uvs)) => {
@@ -189,7 +192,7 @@ impl Output {
                 let drawn = Drawn::Cloud(cloud, uvs);
                 (
                     uv_picture(drawn, UV_PICTURE_SIDE),
-                    preview_picture(drawn, drawn_seams),
+                    preview_picture(drawn, drawn_seams, PREVIEW_SIDE),
                 )
             }
             _ => return Err(Failure::work("the UVs are of another kind of surface")),

@@ -60,6 +60,7 @@ mod watch;
 
 use serde::{Deserialize, Serialize};
 
+pub use cloud::Reconstruction;
 pub use distortion::{Distortion, Measure};
 pub use marks::Marks;
 pub use pack::repack::{Repacked, repacked};

@@ -31,8 +31,8 @@ const UNMEASURED: usize = 2;
 /// Iterations that are always made, and the most, which are the paper's.
 const ITERATIONS: std::ops::RangeInclusive<usize> = 50..=10_000;
 
-/// Width, `unwrap_factor` and points of larger trainings than the preset `fast`: maps get better by
-/// them, as by more steps (docs/performance.md).
+/// Width, `unwrap_factor` and points of larger trainings than the preset `fast`. Maps get better by
+/// them, but more by more steps as long as there are fewer than the most (docs/performance.md).
 const LARGER: [(usize, usize, usize); 2] = [(64, 3, 1_000), (128, 1, 2_000)];
 
 /// With fewer iterations than this there is a single start.
@@ -87,6 +87,7 @@ pub fn planned<B: AutodiffBackend>(
 }
 
 /// The largest training that the time left allows, by the paces that are measured for larger ones.
+/// Networks grow only where smaller ones would be through with the most iterations.
 fn largest(
     config: &TrainingConfig,
     pace: Pace,
@@ -95,8 +96,11 @@ fn largest(
 ) -> Result<(TrainingConfig, Pace), UnwrapError> {
     let mut largest = (config.clone(), pace);
     for larger in larger(config) {
-        // Not to measure what will not do: a step is not faster for being larger.
-        if largest.1.of(&larger) > left() {
+        let longest = TrainingConfig {
+            iterations: *ITERATIONS.end(),
+            ..largest.0.clone()
+        };
+        if largest.1.of(&longest) > left() {
             break;
         }
         match measure(&larger)? {
@@ -267,13 +271,17 @@ mod tests {
     }
 
     #[test]
-    fn networks_grow_as_far_as_there_is_time() {
+    fn networks_grow_where_the_most_iterations_leave_time() {
         let fast = TrainingConfig::fast();
-        let steps = fast.steps() as f64;
+        let most = TrainingConfig {
+            iterations: *ITERATIONS.end(),
+            ..fast.clone()
+        };
+        // The time of the most iterations.
         let pace = |seconds: f64| Pace {
-            step: (seconds - 1.0) / steps,
-            opening: (seconds - 1.0) / steps,
-            start: 1.0,
+            step: seconds / most.steps() as f64,
+            opening: seconds / most.steps() as f64,
+            start: 0.0,
         };
         let [a, b] = LARGER;
         let chosen = |left: f64, stopped_at: usize| {
@@ -282,16 +290,16 @@ mod tests {
                 let size = size(config);
                 measured.push(size);
                 let at = LARGER.iter().position(|larger| *larger == size).unwrap();
-                Ok((at != stopped_at).then(|| pace([30.0, 90.0][at])))
+                Ok((at != stopped_at).then(|| pace([300.0, 900.0][at])))
             };
-            let (config, chosen) = largest(&fast, pace(20.0), || left, measure).unwrap();
-            (size(&config), chosen.of(&fast).round(), measured)
+            let (config, chosen) = largest(&fast, pace(200.0), || left, measure).unwrap();
+            (size(&config), chosen.of(&most).round(), measured)
         };
-        assert_eq!(chosen(19.0, 9), (size(&fast), 20.0, vec![]));
-        assert_eq!(chosen(29.0, 9), (size(&fast), 20.0, vec![a]));
-        assert_eq!(chosen(31.0, 9), (a, 30.0, vec![a, b]));
-        assert_eq!(chosen(1e9, 9), (b, 90.0, vec![a, b]));
-        assert_eq!(chosen(1e9, 0), (size(&fast), 20.0, vec![a]));
+        assert_eq!(chosen(199.0, 9), (size(&fast), 200.0, vec![]));
+        assert_eq!(chosen(201.0, 9), (a, 300.0, vec![a]));
+        assert_eq!(chosen(299.0, 9), (a, 300.0, vec![a]));
+        assert_eq!(chosen(301.0, 9), (b, 900.0, vec![a, b]));
+        assert_eq!(chosen(1e9, 0), (size(&fast), 200.0, vec![a]));
     }
 
     fn size(config: &TrainingConfig) -> (usize, usize, usize) {

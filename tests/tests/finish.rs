@@ -170,7 +170,7 @@ fn an_interrupt_while_finishing_still_writes_a_valid_layout() {
 
     let folder = tempfile::tempdir().unwrap();
     // So near to an isometry takes long.
-    let mut child = Command::new(&*common::FAM)
+    let mut child = Command::new(common::FAM)
         .current_dir(folder.path())
         .args(brief(&["--distortion-bound", "4.001"]))
         .stderr(Stdio::piped())

@@ -220,7 +220,7 @@ mod endless {
     }
 
     fn start(folder: &Path, arguments: &[&str]) -> Child {
-        let mut command = Command::new(&*common::FAM);
+        let mut command = Command::new(common::FAM);
         command.current_dir(folder).args(arguments);
         command
             .stdout(Stdio::piped())

@@ -191,7 +191,7 @@ fn the_number_of_threads_changes_no_byte() {
     assert_eq!(Components::of(&mesh, &[]).unwrap().list.len(), 6);
     write(folder, "parts.obj", &mesh);
     for threads in ["1", "2", "8"] {
-        let run = std::process::Command::new(&*FAM)
+        let run = std::process::Command::new(FAM)
             .current_dir(folder)
             .env("RAYON_NUM_THREADS", threads)
             .args(["unwrap", "parts.obj", "-q", "-o", threads])

@@ -63,7 +63,7 @@ mod killed {
             let more = ["--resume"];
             // Some kills for every run, so that runs that went on are killed as well.
             for _ in 0..left.min(4) {
-                let mut child = Command::new(&*FAM)
+                let mut child = Command::new(FAM)
                     .current_dir(folder.path())
                     .args(arguments("parts.obj", &out, &more))
                     .stderr(Stdio::null())
@@ -98,7 +98,7 @@ mod killed {
         let folder = tempfile::tempdir().unwrap();
         write_parts(&folder.path().join("parts.obj"));
         succeeds(folder.path(), &arguments("parts.obj", "whole", &[]));
-        let mut child = Command::new(&*FAM)
+        let mut child = Command::new(FAM)
             .current_dir(folder.path())
             .args(arguments("parts.obj", "out", &[]))
             .stderr(Stdio::null())
@@ -123,7 +123,7 @@ mod killed {
     fn a_checkpoint_of_something_else_is_refused_with_the_reason() {
         let folder = tempfile::tempdir().unwrap();
         write_parts(&folder.path().join("parts.obj"));
-        let mut child = Command::new(&*FAM)
+        let mut child = Command::new(FAM)
             .current_dir(folder.path())
             .args(arguments("parts.obj", "out", &[]))
             .spawn()

@@ -386,7 +386,7 @@ fn an_interrupt_still_writes_what_was_trained() {
         "--points",
         "100",
     ];
-    let mut child = Command::new(&*common::FAM)
+    let mut child = Command::new(common::FAM)
         .current_dir(folder.path())
         .args(arguments)
         .stderr(Stdio::piped())

@@ -12,6 +12,10 @@ pub struct SurfacePoint {
     pub position: [f64; 3],
     /// Unit normal, or zero where the corners define none.
     pub normal: [f64; 3],
+    /// The triangle that it lies on.
+    pub triangle: usize,
+    /// Its barycentric coordinates there: weights of the corners, 1 in all.
+    pub weights: [f64; 3],
 }
 
 /// Uniform candidates per point asked for: enough that few gaps of a disk's size remain.
@@ -96,6 +100,8 @@ fn uniform(
         SurfacePoint {
             position: blend(mesh.corners(t)),
             normal: normalize(blend(mesh.triangles()[t].map(|v| normals[v as usize]))),
+            triangle: t,
+            weights: [1.0 - s - r, s, r],
         }
     };
     Ok((0..count).map(draw).collect())

@@ -2,29 +2,14 @@
 
 #![allow(dead_code)] // Not every test file uses all of it.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output};
-use std::sync::LazyLock;
 
 use fam_io::{Document, WriteOptions};
 use fam_surface::{Surface, TriangleMesh, UvMap};
 
-/// The binary, built once, in the profile of the tests.
-pub static FAM: LazyLock<PathBuf> = LazyLock::new(|| {
-    let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("../Cargo.toml");
-    let build = escargot::CargoBuild::new()
-        .manifest_path(manifest)
-        .package("fam-cli")
-        // Beside the defaults: backends are compared.
-        .features("ndarray")
-        .bin("fam");
-    let build = if cfg!(debug_assertions) {
-        build
-    } else {
-        build.release()
-    };
-    build.run().expect("fam builds").path().to_path_buf()
-});
+/// The binary.
+pub const FAM: &str = env!("CARGO_BIN_EXE_fam-under-test");
 
 /// What a run printed, and its exit code.
 pub struct Run {
@@ -45,7 +30,7 @@ impl From<Output> for Run {
 
 /// Runs `fam` in `folder`.
 pub fn fam(folder: &Path, arguments: &[&str]) -> Run {
-    let output = Command::new(&*FAM)
+    let output = Command::new(FAM)
         .current_dir(folder)
         .args(arguments)
         .output()

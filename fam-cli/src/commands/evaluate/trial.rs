@@ -11,7 +11,7 @@ use fam_surface::metrics::Metrics;
 use fam_surface::seams::SeamRule;
 use fam_surface::{Components, Surface, SurfaceError, TriangleMesh, UvMap};
 
-use super::{Outcome, Row};
+use super::table::{Outcome, Row};
 use crate::backend::{Backend, Job};
 use crate::failure::Failure;
 use crate::marks::Marked;

@@ -1,10 +1,12 @@
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use fam_io::Document;
 use sha2::{Digest, Sha256};
 
 use super::run::Run;
+use crate::backend::Backend;
+use crate::checkpoints::{Checkpoints, Label};
 use crate::failure::Failure;
 
 /// The content of an input, hashed.
@@ -50,7 +52,41 @@ impl Content {
     }
 }
 
+/// The checkpoint of a training, in the folder of its results.
+pub fn checkpoint_file(folder: &Path) -> PathBuf {
+    folder.join("checkpoint.safetensors")
+}
+
 impl Run {
+    /// The checkpoints of a training with these options.
+    pub fn checkpoints(
+        &self,
+        content: &Content,
+        backend: &Backend,
+        folder: &Path,
+    ) -> Result<Checkpoints, Failure> {
+        let arguments = &self.arguments;
+        let training = serde_json::to_string(&self.config.training).map_err(Failure::work)?;
+        let label = Label {
+            input: content.hash(),
+            options: format!(
+                "{training} {} {} {:?} {}",
+                arguments.per_material,
+                arguments.separate_duplicates,
+                arguments.time_budget,
+                backend.name(),
+            ),
+        };
+        let file = checkpoint_file(folder);
+        let writing = self.writing.clone();
+        Ok(Checkpoints::new(
+            file,
+            label,
+            arguments.checkpoint_every,
+            writing,
+        ))
+    }
+
     /// A hash that changes with the content of an input and with all that shapes its results.
     pub fn fingerprint(&self, content: &Content) -> Result<String, Failure> {
         let mut hasher = content.0.clone();

@@ -1,5 +1,4 @@
 mod batch;
-mod checkpoints;
 mod fingerprint;
 mod run;
 mod summary;

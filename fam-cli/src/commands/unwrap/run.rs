@@ -13,12 +13,12 @@ use fam_core::training::{Strategies, TrainingError};
 use fam_io::{Document, Format, WriteOptions};
 use fam_surface::{Duplicates, Surface};
 
-use super::checkpoints::{self, Checkpoints};
-use super::fingerprint::Content;
+use super::fingerprint::{Content, checkpoint_file};
 use super::summary::Summary;
 use crate::args;
 use crate::args::BackendName;
 use crate::backend::{Backend, Job};
+use crate::checkpoints::{self, Checkpoints};
 use crate::config::{self, Config};
 use crate::failure::{Failure, SUCCESS};
 use crate::interrupt::{INTERRUPTED, stop_on_interrupt};
@@ -228,7 +228,7 @@ impl Run {
         })?;
         drop(writing);
         if !interrupted {
-            checkpoints::remove(folder);
+            checkpoints::remove(&checkpoint_file(folder));
         }
         for warning in report.warnings() {
             print_line(&format!("warning: {input}: {warning}"));

@@ -1,4 +1,4 @@
-//! The checkpoint of a training, in the folder of its results.
+//! The file from which a training goes on that was broken off.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -9,22 +9,16 @@ use fam_core::atlas::{Checkpoint, Checkpointer};
 use fam_io::atomic::write_atomically;
 use serde::{Deserialize, Serialize};
 
-use super::fingerprint::Content;
-use super::run::Run;
-use crate::backend::Backend;
 use crate::failure::Failure;
 use crate::terminal::print_line;
 
-/// The file.
-const NAME: &str = "checkpoint.safetensors";
-
 /// What a training is of.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
-struct Label {
-    /// SHA-256 of the input.
-    input: String,
+pub struct Label {
+    /// Changes with the input, such as its hash.
+    pub input: String,
     /// All that shapes the trained map.
-    options: String,
+    pub options: String,
 }
 
 /// Saves a training while it runs.
@@ -40,37 +34,20 @@ pub struct Checkpoints {
     writing: Arc<Mutex<()>>,
 }
 
-impl Run {
-    /// The checkpoints of a training with these options.
-    pub fn checkpoints(
-        &self,
-        content: &Content,
-        backend: &Backend,
-        folder: &Path,
-    ) -> Result<Checkpoints, Failure> {
-        let arguments = &self.arguments;
-        let training = serde_json::to_string(&self.config.training).map_err(Failure::work)?;
-        Ok(Checkpoints {
-            path: folder.join(NAME),
-            label: Label {
-                input: content.hash(),
-                options: format!(
-                    "{training} {} {} {:?} {}",
-                    arguments.per_material,
-                    arguments.separate_duplicates,
-                    arguments.time_budget,
-                    backend.name(),
-                ),
-            },
-            every: arguments.checkpoint_every,
+impl Checkpoints {
+    /// Checkpoints in the file `path`, of what the label says, and the least time between two. The folder
+    /// is written to only while `writing` is held.
+    pub fn new(path: PathBuf, label: Label, every: Duration, writing: Arc<Mutex<()>>) -> Self {
+        Self {
+            path,
+            label,
+            every,
             last: Instant::now(),
             failed: false,
-            writing: self.writing.clone(),
-        })
+            writing,
+        }
     }
-}
 
-impl Checkpoints {
     /// The one that an earlier run left, if there is one.
     pub fn found(&self) -> Result<Option<Checkpoint>, Failure> {
         let fail = |reason: String| {
@@ -119,8 +96,8 @@ impl Checkpoints {
     }
 }
 
-/// Removes the checkpoint from a folder whose results are complete.
-pub fn remove(folder: &Path) {
+/// Removes a checkpoint, after the results are complete.
+pub fn remove(path: &Path) {
     // One that is left is refused, or leads to the same results again.
-    let _ = std::fs::remove_file(folder.join(NAME));
+    let _ = std::fs::remove_file(path);
 }
