@@ -13,6 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
+import obj
+from atlases import PEERS
+
 COLUMNS = [
     ("charts", "charts", "{:d}"),
     ("seam length", "seam_length", "{:.2f}"),
@@ -31,46 +34,13 @@ def read(path):
     return np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.uint32)
 
 
-def by_xatlas(vertices, faces):
-    """UVs [N, 2] and triangles [T, 3] into them by xatlas with its defaults."""
-    import xatlas
-
-    atlas = xatlas.Atlas()
-    atlas.add_mesh(vertices.astype(np.float32), faces)
-    options = xatlas.PackOptions()
-    options.resolution, options.padding = 2048, 4
-    atlas.generate(pack_options=options)
-    _, indices, uvs = atlas[0]
-    return uvs, indices
-
-
-def by_uvunwrap(vertices, faces):
-    """The same by uvunwrap with its defaults."""
-    import uvunwrap
-
-    mesh = uvunwrap.Mesh(vertices.ravel().tolist(), faces.ravel().tolist())
-    output = uvunwrap.generate([mesh]).meshes[0]
-    uvs = np.array(output.uv, np.float64).reshape(-1, 2)
-    return uvs, np.array(output.indices, np.uint32).reshape(-1, 3)
-
-
-PEERS = {"xatlas": by_xatlas, "uvunwrap": by_uvunwrap}
-
-
 def work(peer, path, out, sender):
     """Lays out one mesh and sends the seconds that the peer itself took."""
     vertices, faces = read(path)
     started = time.perf_counter()
     uvs, indices = PEERS[peer](vertices, faces)
     sender.send(time.perf_counter() - started)
-    with open(out, "w") as file:
-        for row in vertices:
-            file.write("v {!r} {!r} {!r}\n".format(*map(float, row)))
-        for row in uvs:
-            file.write("vt {!r} {!r}\n".format(*map(float, row)))
-        for face, corners in zip(faces + 1, indices + 1):
-            pairs = (f"{v}/{t}" for v, t in zip(face, corners))
-            file.write("f " + " ".join(pairs) + "\n")
+    obj.write(out, vertices, faces, uvs, indices)
 
 
 def peer_row(fam, peer, path, limit):
