@@ -5,7 +5,7 @@ import time
 import bpy
 import numpy as np
 
-from charts import is_seam, joins, loops
+from charts import is_seam, joins, to_flatten
 from obj import Refused
 
 
@@ -50,14 +50,10 @@ def by_blender(peer, surface):
     whether the surface was cut along the seams of its UVs."""
     mesh = mesh_of(surface)
     is_cut = False
-    if peer == "minimum-stretch":
-        if surface.uvs is not None:
-            is_cut = mark(mesh, surface)
-        else:
-            try:
-                loops(surface.faces)
-            except Refused as reason:
-                raise Refused(f"{reason}, and no seams are given") from None
+    if peer == "minimum-stretch" and surface.uvs is not None:
+        is_cut = mark(mesh, surface)
+    elif peer == "minimum-stretch":
+        to_flatten(surface)  # refuses what cannot be flattened whole
     bpy.ops.object.mode_set(mode="EDIT")
     bpy.context.scene.tool_settings.use_uv_select_sync = True
     bpy.ops.mesh.select_all(action="SELECT")

@@ -81,14 +81,14 @@ def loops(faces):
         raise Refused("a triangle has a vertex twice")
     pairs = joins(compact)
     _, copies, pieces = cut(compact, pairs)
-    if pieces.max() > 0:
-        raise Refused("it has several parts")
     start, end = compact.ravel(), np.roll(compact, -1, axis=1).ravel()
     border = np.ones(len(start), bool)
     border[pairs] = False
     edges = np.unique(np.stack([np.minimum(start, end), np.maximum(start, end)], 1), axis=0)
     if len(copies) > len(vertices) or len(edges) != len(pairs) + border.sum():
         raise Refused("it is not manifold")
+    if pieces.max() > 0:
+        raise Refused("it has several parts")
     if not border.any():
         raise Refused("it has no boundary")
     after = dict(zip(start[border].tolist(), end[border].tolist()))
@@ -105,18 +105,15 @@ def loops(faces):
     return sorted(found, key=len, reverse=True)
 
 
-def to_flatten(surface, as_one):
+def to_flatten(surface):
     """The triangles [T, 3], the vertices [N] that theirs are copies of, the piece [T] that each is
-    in, and whether the surface is cut along the seams of its UVs. It stays whole where it can be
-    flattened so and `as_one` asks for it or it has no UVs."""
-    whole = None
-    if as_one or surface.uvs is None:
-        try:
-            loops(surface.faces)
-            whole = np.zeros(len(surface.faces), np.int64)
-        except Refused as reason:
-            if surface.uvs is None:
-                raise Refused(f"{reason}, and no seams are given") from None
-    if whole is not None:
-        return surface.faces, np.arange(len(surface.vertices)), whole, False
-    return *cut(surface.faces, joins(surface.faces, surface.uvs)), True
+    in, and whether the surface is cut along the seams of its UVs: only where it cannot be flattened
+    whole."""
+    try:
+        loops(surface.faces)
+    except Refused as reason:
+        if surface.uvs is None:
+            raise Refused(f"{reason}, and no seams are given") from None
+        return *cut(surface.faces, joins(surface.faces, surface.uvs)), True
+    whole = np.zeros(len(surface.faces), np.int64)
+    return surface.faces, np.arange(len(surface.vertices)), whole, False

@@ -121,7 +121,7 @@ def in_rows(charts):
 
 def by_igl(peer, surface):
     """UVs [N, 2], triangles [T, 3] into them, seconds, and whether the surface was cut."""
-    faces, copies, pieces, is_cut = to_flatten(surface, as_one=True)
+    faces, copies, pieces, is_cut = to_flatten(surface)
     prepared = []
     for piece in range(pieces.max() + 1):
         vertices, inside = np.unique(faces[pieces == piece], return_inverse=True)
