@@ -26,7 +26,9 @@ pub fn shirt(spacing: f64) -> TriangleMesh {
     let outside = |[x, y, z]: Point| {
         let waist = z + 1.0;
         let along = sub(HAND, SHOULDER);
-        let cuff = -dot(sub([x.abs(), y, z], CUFF), along) / length(along);
+        let arm = -dot(sub([x.abs(), y, z], CUFF), along) / length(along);
+        // The plane through the cuff meets the torso as well.
+        let cuff = arm.max(0.75 - x.abs());
         let neck = length(sub([x, y, z], NECK)) - 0.36;
         -waist.min(cuff).min(neck)
     };

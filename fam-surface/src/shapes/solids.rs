@@ -43,11 +43,20 @@ pub fn three_holed_slab(spacing: f64) -> TriangleMesh {
 /// and 3 high, in triangles of edges about `spacing` long; a spacing above 0.1 counts as 0.1.
 pub fn bucket(spacing: f64) -> TriangleMesh {
     const MOUTH: f64 = 1.8;
-    const PROFILE: [[f64; 2]; 3] = [[0.0, 0.0], [0.75, 0.0], [1.0, MOUTH]];
+    /// The middle of the wall: distance from the axis and height.
+    const PROFILE: [[f64; 2]; 6] = [
+        [0.0, 0.0],
+        [0.55, 0.0],
+        [0.67, 0.03],
+        [0.75, 0.1],
+        [0.79, 0.22],
+        [1.0, MOUTH],
+    ];
     let body = |[x, y, z]: Point| {
-        let at = [x.hypot(y), z];
-        let [base, side] = [0, 1].map(|i| segment(at, [PROFILE[i], PROFILE[i + 1]]) - 0.1);
-        let wall = joined(base, side, 0.25);
+        let wall = PROFILE
+            .windows(2)
+            .map(|ends| segment([x.hypot(y), z], [ends[0], ends[1]]) - 0.1)
+            .fold(f64::INFINITY, f64::min);
         // Half a ring, that ends in the rim.
         let above = z - MOUTH;
         let bail = if above > 0.0 {
@@ -80,15 +89,15 @@ pub fn nail(spacing: f64) -> TriangleMesh {
     closed(&body, corners, fitting(spacing, 0.06))
 }
 
-/// An ellipsoid of radii 1, 0.8 and 0.72 with winding folds about 0.2 deep, and a deeper one
+/// An ellipsoid of radii 1, 0.8 and 0.72 with winding folds about 0.15 deep, and a deeper one
 /// between its two halves: closed, genus 0. The seed says where the folds run. Edges are about
 /// `spacing` long; a spacing above 0.05 counts as 0.05.
 pub fn brain(spacing: f64, seed: u64) -> TriangleMesh {
     const RADII: Point = [1.0, 0.8, 0.72];
     /// Folds lie where a sum of so many waves of random directions and phases is about zero.
     const WAVES: usize = 40;
-    /// Radians of a wave in a unit of length: folds are about 0.4 apart.
-    const PITCH: f64 = 8.0;
+    /// Radians of a wave in a unit of length: folds are about 0.45 apart.
+    const PITCH: f64 = 7.0;
     let mut random = Random::new(seed);
     let waves: Vec<(Point, f64)> = (0..WAVES)
         .map(|_| {
@@ -106,9 +115,9 @@ pub fn brain(spacing: f64, seed: u64) -> TriangleMesh {
             .map(|(wave, phase)| (dot(*wave, foot) + phase).cos())
             .sum();
         let height = sum * (2.0 / WAVES as f64).sqrt();
-        let fold = 0.22 * (-(height / 0.5).powi(2)).exp();
+        let fold = 0.18 * (-(height / 0.6).powi(2)).exp();
         let upper = 1.0 / (1.0 + (-12.0 * (foot[2] + 0.1)).exp());
-        let gap = 0.32 * upper * (-(foot[1] / 0.09).powi(2)).exp();
+        let gap = 0.28 * upper * (-(foot[1] / 0.12).powi(2)).exp();
         (reach - (1.0 - share * fold) * (1.0 - share * gap)) * RADII[2]
     };
     let corners = [RADII.map(|r| -r), RADII];

@@ -8,14 +8,16 @@ use super::hilbert::hilbert_curve;
 use crate::TriangleMesh;
 use crate::vector::{add, cross, dot, length, normalize, scale, sub};
 
-/// Most squares along or around a tube, so that the mesh stays below some ten million triangles.
-const MOST: f64 = 1e5;
+/// Most squares of a tube: what is finer than this allows gets coarser, and the mesh stays below
+/// some ten million triangles.
+const MOST: f64 = 5e6;
 
 /// A trefoil knot tied of a tube of the given radius: closed, genus 1. The curve fills about
-/// 5 × 5.3 × 2; tubes of a radius below 0.7 do not touch themselves. A radius that is no
-/// number or outside 0.05 to 0.7 becomes the next in there. Edges are about `spacing` long.
+/// 5 × 5.3 × 2; tubes of a radius up to 0.6 do not touch themselves. A radius that is no number
+/// or outside 0.05 to 0.6 becomes the next in there. Edges are about `spacing` long; a spacing
+/// above the radius counts as the radius.
 pub fn knot(radius: f64, spacing: f64) -> TriangleMesh {
-    let radius = radius.min(0.7).max(0.05);
+    let radius = radius.min(0.6).max(0.05);
     let point = |t: f64| {
         [
             t.sin() + 2.0 * (2.0 * t).sin(),
@@ -33,7 +35,8 @@ pub fn knot(radius: f64, spacing: f64) -> TriangleMesh {
         ways.push(ways[ways.len() - 1] + length(sub(ends[1], ends[0])));
     }
     let total = ways[FINE as usize];
-    let steps = squares(total, spacing, 3.0);
+    let spacing = fitting(spacing, radius, total);
+    let steps = squares(total, spacing);
     let centres = (0..steps).map(|i| {
         let way = total * f64::from(i) / f64::from(steps);
         let after = ways.partition_point(|&w| w <= way).min(FINE as usize);
@@ -55,7 +58,8 @@ pub fn knot(radius: f64, spacing: f64) -> TriangleMesh {
 /// grid 1 apart: a long cylinder, rolled up to fill a cube, open at both ends. It turns in
 /// quarter circles of radius 0.5. An order outside 1 to 4, and a radius that is no number or
 /// outside 0.05 to 0.45, become the next in there: thicker tubes touch themselves. Edges are
-/// about `spacing` long, on the inside of the bends shorter and on the outside longer.
+/// about `spacing` long, on the inside of the bends shorter and on the outside longer; a spacing
+/// above the radius counts as the radius.
 pub fn hilbert_tube(order: u32, radius: f64, spacing: f64) -> TriangleMesh {
     let radius = radius.min(0.45).max(0.05);
     let points = hilbert_curve(order.clamp(1, 4));
@@ -75,7 +79,8 @@ pub fn hilbert_tube(order: u32, radius: f64, spacing: f64) -> TriangleMesh {
         });
     }
     let total: f64 = spans.iter().map(|s| s.length).sum();
-    let steps = squares(total, spacing, 1.0);
+    let spacing = fitting(spacing, radius, total);
+    let steps = squares(total, spacing);
     let mut centres = Vec::new();
     let mut tangents = Vec::new();
     let (mut span, mut start) = (0, 0.0);
@@ -140,10 +145,16 @@ impl Span {
     }
 }
 
-/// How many squares of side `spacing` fit a length: at least `fewest`.
-fn squares(length: f64, spacing: f64, fewest: f64) -> u32 {
-    // What is no number becomes the fewest.
-    (length / spacing).round().min(MOST).max(fewest) as u32
+/// A spacing that goes with a tube; the radius for what is no number.
+fn fitting(spacing: f64, radius: f64, length: f64) -> f64 {
+    spacing
+        .min(radius)
+        .max((TAU * radius * length / MOST).sqrt())
+}
+
+/// How many squares of side `spacing` fit a length.
+fn squares(length: f64, spacing: f64) -> u32 {
+    (length / spacing).round() as u32
 }
 
 /// A tube around centres with unit tangents. If it is closed, the last centre is the first one
@@ -170,7 +181,7 @@ fn tube(
     } else {
         0.0
     };
-    let around = squares(TAU * radius, spacing, 3.0);
+    let around = squares(TAU * radius, spacing);
     let along = steps as u32;
     grid(along, around, [is_closed, true], |s, t| {
         let i = (s * f64::from(along)).round() as usize;
