@@ -337,7 +337,7 @@ fn centres(tube: &TriangleMesh, around: usize) -> Vec<[f64; 3]> {
     rings.map(mean).collect()
 }
 
-/// Where the curve through the middle of a tube comes back near itself, there is more than twice
+/// However thick they are asked to be. Where the curve through the middle of a tube comes back near itself, there is more than twice
 /// the radius between; and it bends in circles of more than the radius.
 #[test]
 fn tubes_do_not_touch_themselves() {
@@ -367,10 +367,10 @@ fn tubes_do_not_touch_themselves() {
         }
     };
     for order in 1..=3 {
-        let tube = hilbert_tube(order, 0.45, 0.1);
+        let tube = hilbert_tube(order, 1e9, 0.1);
         check("hilbert tube", &tube, 0.45, 0.1, false);
     }
-    check("knot", &knot(0.6, 0.1), 0.6, 0.1, true);
+    check("knot", &knot(1e9, 0.1), 0.6, 0.1, true);
 }
 
 #[test]
