@@ -44,7 +44,7 @@ fn octant_entry(octant: u32) -> u32 {
 
 /// The axis along which the ends of the curve lie in an octant.
 fn octant_axis(octant: u32) -> u32 {
-    let odd = if octant % 2 == 0 {
+    let odd = if octant.is_multiple_of(2) {
         octant.saturating_sub(1)
     } else {
         octant

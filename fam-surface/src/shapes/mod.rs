@@ -23,6 +23,7 @@ mod rings;
 mod round;
 mod sheets;
 mod shells;
+mod sizes;
 mod solids;
 #[cfg(test)]
 mod tests;

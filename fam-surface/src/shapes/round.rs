@@ -4,6 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::grid::grid;
 use super::rings::rings;
+use super::sizes::within;
 use crate::TriangleMesh;
 
 /// A torus around the z axis: closed, genus 1. `major` radius of the ring,
@@ -67,7 +68,7 @@ pub fn cone(radius: f64, height: f64, around: u32, along: u32) -> TriangleMesh {
 /// Half a sphere of radius 1, open below (z = 0), in triangles of edges about `spacing` long; a
 /// spacing that is no number or outside 0.001 to 1 becomes the next in there.
 pub fn hemisphere(spacing: f64) -> TriangleMesh {
-    rings(spacing.min(1.0).max(1e-3), |w, a| {
+    rings(within(spacing, 1e-3, 1.0), |w, a| {
         let (sin, cos) = (w * FRAC_PI_2).sin_cos();
         [sin * a.cos(), sin * a.sin(), cos]
     })

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use super::fields::{Point, joined, polygon, ring, rounded_rectangle, segment, shared};
 use super::implicit::{closed, grown};
 use super::random::Random;
+use super::sizes::within;
 use crate::TriangleMesh;
 use crate::vector::{dot, length, scale};
 
@@ -12,7 +13,7 @@ use crate::vector::{dot, length, scale};
 /// no number, and no less than a fiftieth of it, so that the mesh stays below some ten million
 /// triangles.
 pub(super) fn fitting(spacing: f64, coarsest: f64) -> f64 {
-    spacing.min(coarsest).max(coarsest / 50.0)
+    within(spacing, coarsest / 50.0, coarsest)
 }
 
 /// Two rings of radius 1 side by side, grown together: closed, genus 2. About 4.8 × 2.8 × 0.8,

@@ -291,7 +291,7 @@ fn the_same_arguments_make_the_same_bits() {
             let numbers = mesh.positions().iter().flatten();
             numbers.map(|c| c.to_bits()).collect()
         };
-        assert_eq!(bits(&one), bits(&other), "{name}");
+        assert_eq!(bits(one), bits(other), "{name}");
         assert_eq!(one.triangles(), other.triangles(), "{name}");
     };
     for ((name, spacing, shape), mesh) in even() {

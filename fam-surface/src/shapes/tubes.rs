@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use super::fields::Point;
 use super::grid::grid;
 use super::hilbert::hilbert_curve;
+use super::sizes::within;
 use crate::TriangleMesh;
 use crate::vector::{add, cross, dot, length, normalize, scale, sub};
 
@@ -17,7 +18,7 @@ const MOST: f64 = 5e6;
 /// or outside 0.05 to 0.6 becomes the next in there. Edges are about `spacing` long; a spacing
 /// above the radius counts as the radius.
 pub fn knot(radius: f64, spacing: f64) -> TriangleMesh {
-    let radius = radius.min(0.6).max(0.05);
+    let radius = within(radius, 0.05, 0.6);
     let point = |t: f64| {
         [
             t.sin() + 2.0 * (2.0 * t).sin(),
@@ -61,7 +62,7 @@ pub fn knot(radius: f64, spacing: f64) -> TriangleMesh {
 /// about `spacing` long, on the inside of the bends shorter and on the outside longer; a spacing
 /// above the radius counts as the radius.
 pub fn hilbert_tube(order: u32, radius: f64, spacing: f64) -> TriangleMesh {
-    let radius = radius.min(0.45).max(0.05);
+    let radius = within(radius, 0.05, 0.45);
     let points = hilbert_curve(order.clamp(1, 4));
     // Through the cell of each point the curve runs straight or in a quarter circle, from the
     // middle of its way in to the middle of its way out; through the first and the last half.

@@ -6,7 +6,7 @@ use std::collections::HashSet;
 use super::{Net, cosine, onto, onto_both, slope};
 use crate::orientation::{NONE, across, next};
 use crate::shapes::fields::Point;
-use crate::vector::{add, cross, dot, normalize, scale, sub};
+use crate::vector::{add, cross, dot, length, normalize, scale, sub};
 
 /// How far a vertex moves towards the middle of its neighbours in one round.
 const SHARE: f64 = 0.6;
@@ -82,7 +82,8 @@ fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// Moves every vertex towards the middle of its neighbours and back onto the surface; those of
+/// Moves every vertex towards the middle of its neighbours, those far away counting for more, so
+/// that vertices go where the net is stretched, and back onto the surface; those of
 /// the boundary stay on it.
 fn move_vertices(
     net: &mut Net,
@@ -99,17 +100,20 @@ fn move_vertices(
         // A vertex of the boundary has its neighbours along the boundary only.
         let kind = usize::from(across[h as usize] == NONE);
         for (v, w) in [(a, b), (b, a)] {
-            let (sum, number) = &mut sums[kind][v];
-            *sum = add(*sum, net.positions[w]);
-            *number += 1.0;
+            let (sum, weight) = &mut sums[kind][v];
+            let away = sub(net.positions[w], net.positions[v]);
+            // Along a boundary, far neighbours would make vertices swing to and fro.
+            let share = if kind == 0 { length(away) } else { 1.0 };
+            *sum = add(*sum, scale(away, share));
+            *weight += share;
         }
     }
     let [inner, outer] = sums;
     for v in 0..count {
         let at = net.positions[v];
         let on_boundary = outer[v].1 > 0.0;
-        let (sum, number) = if on_boundary { outer[v] } else { inner[v] };
-        let mut way = scale(sub(scale(sum, 1.0 / number), at), SHARE);
+        let (sum, weight) = if on_boundary { outer[v] } else { inner[v] };
+        let mut way = scale(sum, SHARE / weight.max(f64::MIN_POSITIVE));
         if on_boundary {
             net.positions[v] = onto_both([body, outside], add(at, way), spacing);
         } else {
