@@ -193,7 +193,7 @@ fn areas_are_those_of_the_smooth_surfaces() {
     near(hemisphere(0.05), TAU);
     // A tube has the area of the cylinder it is bent from.
     near(knot(0.5, 0.06), TAU * 0.5 * 28.826);
-    // Of the ways through the 64 cells 7 are straight, at the ends as halves.
+    // Straight through some of the 64 cells, half a cell at either end, else in quarter circles.
     let curve = hilbert::hilbert_curve(2);
     let straight = curve
         .windows(3)
