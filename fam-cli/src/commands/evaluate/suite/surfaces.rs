@@ -1,7 +1,6 @@
 //! The surfaces of the suites: generated ones of the kinds that the paper shows, and the files that
 //! have the names of the paper's models.
 
-use std::f64::consts::FRAC_PI_2;
 use std::path::{Path, PathBuf};
 
 use fam_surface::{PointCloud, Surface, TriangleMesh, shapes};
@@ -166,7 +165,7 @@ pub fn all() -> &'static [SuiteSurface] {
             .with_ablations(In::Paper),
         SuiteSurface::new("three-men", Open, File),
         SuiteSurface::new("camel-head", Open, File),
-        SuiteSurface::new("hemisphere", Open, Generated(hemisphere)).quick(),
+        SuiteSurface::new("hemisphere", Open, Generated(|| shapes::hemisphere(0.05))).quick(),
         SuiteSurface::new("cloth", Open, Generated(cloth)),
         SuiteSurface::new("brain", Closed, Generated(|| shapes::brain(0.05, 0))),
         SuiteSurface::new("cow", Closed, File).with_ablations(In::Paper),
@@ -208,11 +207,6 @@ pub fn all() -> &'static [SuiteSurface] {
         SuiteSurface::new("spiral-pts", Cloud, Generated(spiral_points)).with_noise(In::Paper),
     ];
     ALL
-}
-
-/// About 5,000 triangles, as many as a coarse scan has.
-fn hemisphere() -> TriangleMesh {
-    shapes::open_sphere(FRAC_PI_2, 80, 32)
 }
 
 fn cloth() -> TriangleMesh {

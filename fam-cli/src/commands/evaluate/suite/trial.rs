@@ -60,8 +60,8 @@ struct Learnt {
     uvs: Vec<Vec<[f32; 2]>>,
     /// Where the map is torn.
     seams: Seams,
-    /// The UVs of new points.
-    unseen: Vec<Vec<[f32; 2]>>,
+    /// The UVs of other points.
+    others: Vec<Vec<[f32; 2]>>,
 }
 
 impl Runner<'_> {
@@ -115,8 +115,12 @@ impl Runner<'_> {
             Surface::Mesh(mesh) if whole => NewPoints::on(mesh).map_err(Failure::work)?,
             _ => Vec::new(),
         };
+        let mut others: Vec<_> = new_points.iter().map(NewPoints::positions).collect();
+        if noisy.is_some() {
+            others.push(loaded.surface.positions().to_vec());
+        }
         let started = Instant::now();
-        let learnt = self.learn(surface, config, &new_points, fingerprint, places)?;
+        let learnt = self.learn(surface, config, &others, fingerprint, places)?;
         if self.stop.load(Ordering::Relaxed) {
             return Ok(None);
         }
@@ -127,7 +131,7 @@ impl Runner<'_> {
                 draw(places.picture, Flattened::Mesh(mesh, &raw), &learnt.seams)?;
                 let unseen = match components.list.len() {
                     1 => {
-                        let measured = new_points.iter().zip(&learnt.unseen);
+                        let measured = new_points.iter().zip(&learnt.others);
                         let torn = &learnt.seams.edges;
                         measured
                             .filter_map(|(new, uvs)| new.measure(mesh, &raw, torn, uvs))
@@ -142,18 +146,26 @@ impl Runner<'_> {
                 (layouts, unseen)
             }
             (Surface::PointCloud(cloud), _) => {
-                let uvs = learnt
-                    .uvs
-                    .first()
-                    .ok_or_else(|| Failure::work("there are no UVs"))?;
+                let no_uvs = || Failure::work("there are no UVs");
+                let uvs = learnt.uvs.first().ok_or_else(no_uvs)?;
                 draw(places.picture, Flattened::Cloud(cloud, uvs), &learnt.seams)?;
-                // Noise moves points, but not what they are points of.
                 let mesh = &loaded.mesh;
-                let raw = raw_layout(mesh, &of_points(mesh, uvs.clone())?)?;
-                (
-                    vec![raw, self.finished_cloud(cloud, mesh, uvs)?],
-                    Vec::new(),
-                )
+                // Noise moves points by more than they are apart, so that no map of them keeps the angles
+                // between them. What a map learnt of the surface shows where the points were.
+                match noisy {
+                    Some(_) => {
+                        let uvs = learnt.others.first().ok_or_else(no_uvs)?;
+                        let raw = raw_layout(mesh, &of_points(mesh, uvs.clone())?)?;
+                        (vec![raw], Vec::new())
+                    }
+                    None => {
+                        let raw = raw_layout(mesh, &of_points(mesh, uvs.clone())?)?;
+                        (
+                            vec![raw, self.finished_cloud(cloud, mesh, uvs)?],
+                            Vec::new(),
+                        )
+                    }
+                }
             }
             (Surface::Mesh(_), None) => return Err(Failure::work("the mesh has no components")),
         };
@@ -175,7 +187,7 @@ impl Runner<'_> {
         &self,
         surface: &Surface,
         config: &TrainingConfig,
-        new_points: &[NewPoints],
+        others: &[Vec<[f64; 3]>],
         fingerprint: &str,
         places: &Places,
     ) -> Result<Learnt, Failure> {
@@ -192,7 +204,7 @@ impl Runner<'_> {
         let learnt = self.backend.run(Train {
             config,
             surface,
-            new_points,
+            others,
             resume: resume.as_ref(),
             checkpoints: &mut checkpoints,
             progress: &mut progress,
@@ -307,7 +319,7 @@ fn with_noise(surface: &Surface, percent: u32, seed: u64) -> Result<Surface, Fai
 struct Train<'a, 'p> {
     config: &'a TrainingConfig,
     surface: &'a Surface,
-    new_points: &'a [NewPoints],
+    others: &'a [Vec<[f64; 3]>],
     resume: Option<&'a Checkpoint>,
     checkpoints: &'a mut Checkpoints,
     progress: &'a mut UnwrapProgress<'p>,
@@ -345,10 +357,9 @@ impl Job for Train<'_, '_> {
         if let Some(error) = flattened.parts.iter().find_map(|part| part.error.clone()) {
             return Err(UnwrapError::NothingLearnt(error));
         }
-        let unseen = self.new_points.iter();
-        let unseen = unseen.map(|new| flattened.atlas.uvs(&new.positions()));
+        let others = self.others.iter().map(|points| flattened.atlas.uvs(points));
         Ok(Learnt {
-            unseen: unseen.collect(),
+            others: others.collect(),
             components: flattened.components,
             uvs: flattened.uvs,
             seams: trained.seams,

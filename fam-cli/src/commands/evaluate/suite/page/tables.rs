@@ -243,12 +243,11 @@ pub fn time(page: &Page) -> String {
     )
 }
 
-/// A table of the conformality of raw maps: surfaces by variants.
+/// A table of a metric of raw maps: surfaces by variants.
 fn variants(
     page: &Page,
     surfaces: &[&SuiteSurface],
     variants: &[(&str, Variant)],
-    kind: LayoutKind,
     value: impl Fn(&Metrics) -> f64,
 ) -> Table {
     let titles = variants.iter().map(|(title, _)| *title);
@@ -256,7 +255,7 @@ fn variants(
     for surface in surfaces {
         let cells = variants.iter().map(|(_, variant)| {
             let trial = variant.name();
-            match page.metric(surface.name, (&trial, kind), &value) {
+            match page.metric(surface.name, (&trial, LayoutKind::Raw), &value) {
                 None => page.failure(surface.name, &trial).unwrap_or_default(),
                 figure => cell(figure),
             }
@@ -280,20 +279,12 @@ pub fn noise(page: &Page) -> String {
     let titles = ["none", "1 %", "2 %", "4 %"];
     let columns: Vec<_> = titles.into_iter().zip(Variant::noises()).collect();
     let surfaces = tried_with(page, &columns);
+    let table = variants(page, &surfaces, &columns, conformality);
     format!(
         "## Noise\n\n\
          Conformality of the raw maps of clouds whose points were moved by a Gaussian; its standard \
-         deviation is in percent of the radius of the bounding sphere. Angles are compared with those of \
-         the surface without noise.\n\n{}\n\
-         The same of the finished layouts.\n\n{}",
-        variants(page, &surfaces, &columns, LayoutKind::Raw, conformality),
-        variants(
-            page,
-            &surfaces,
-            &columns,
-            LayoutKind::Finished,
-            conformality
-        )
+         deviation is in percent of the radius of the bounding sphere. The map is evaluated where the \
+         points were before, on the triangles that they come from.\n\n{table}"
     )
 }
 
@@ -318,7 +309,7 @@ pub fn ablations(page: &Page) -> String {
          lattice are not learned), without the branch 3D→2D→3D (the UVs of a point are those of the \
          nearest point of the wrapped lattice), and without Cut-Net.\n\n{}\n\
          Self-intersection of the same, in percent.\n\n{}",
-        variants(page, &surfaces, &columns, LayoutKind::Raw, conformality),
+        variants(page, &surfaces, &columns, conformality),
         variants(
             page,
             &surfaces,
