@@ -7,6 +7,8 @@ mod batch;
 mod checkpoints;
 mod commands;
 mod config;
+#[cfg(test)]
+mod documents;
 mod failure;
 mod inputs;
 mod interrupt;
