@@ -56,7 +56,7 @@ def main() -> int:
         followed += 1
         target = (source.parent / unquote(parts.path)).resolve() if parts.path else source
         is_of_book = source.is_relative_to(BOOK)
-        if not is_of_book and target.parent == DOCS and target.suffix == ".md":
+        if not is_of_book and target.parent == DOCS and target.stem in chapters:
             target = BOOK / f"{target.stem}.html"
         ids = own if target == source else pages[target].ids if target in pages else None
         if not target.exists() or (is_of_book and not target.is_relative_to(BOOK)):
