@@ -35,8 +35,8 @@ class Page(HTMLParser):
 
 def of_markdown(path: Path) -> tuple[list[str], set[str]]:
     """The links of a page that is not in the book, and the names of its headings."""
-    text = re.sub(r"^```.*?^```", "", path.read_text(encoding="utf-8"), flags=re.M | re.S)
-    headings = re.findall(r"^#+ (.*)$", text, flags=re.M)
+    text = re.sub(r"^```.*?^```", "", path.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    headings = re.findall(r"^#+ (.*)$", text, flags=re.MULTILINE)
     names = {re.sub(r"[^\w\- ]", "", one.lower()).replace(" ", "-") for one in headings}
     return re.findall(r"\]\(([^)\s]+)\)", text), names
 
@@ -44,8 +44,11 @@ def of_markdown(path: Path) -> tuple[list[str], set[str]]:
 def main() -> int:
     chapters = {path.stem for path in DOCS.glob("*.md")} - {"SUMMARY"}
     pages = {path: Page(path) for path in BOOK.rglob("*.html")}
-    faults = [f"docs/{name}.md is not in docs/SUMMARY.md" for name in sorted(chapters)
-              if BOOK / f"{name}.html" not in pages]
+    faults = [
+        f"docs/{name}.md is not in docs/SUMMARY.md"
+        for name in sorted(chapters)
+        if BOOK / f"{name}.html" not in pages
+    ]
     followed = 0
 
     def follow(source: Path, link: str, own: set[str]) -> None:
