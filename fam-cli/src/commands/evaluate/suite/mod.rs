@@ -15,7 +15,7 @@ mod unseen;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 use fam_io::{Document, WriteOptions};
@@ -43,11 +43,15 @@ const PAGE: &str = "evaluation.md";
 /// Runs a suite, or what is left of it, and writes its page.
 pub fn evaluate(arguments: &args::Evaluate, suite: Suite) -> Result<u8, Failure> {
     let page = arguments.out.clone().unwrap_or_else(|| PAGE.into());
-    check_folder(Some(&page))?;
+    check_page(&page)?;
     let config = configuration(arguments)?;
     let backend = Backend::choose(arguments.backend)?;
     let names = names(arguments)?;
-    let files = files(&arguments.inputs)?;
+    let files = files(arguments)?;
+    if let Some(program) = arguments.peers.as_ref().filter(|program| !program.is_file()) {
+        let program = program.display();
+        return Err(Failure::input(format!("{program}: there is no such program")));
+    }
     let stop = stop_on_interrupt(arguments.quiet)?;
     let mut run = Run {
         suite,
@@ -61,29 +65,29 @@ pub fn evaluate(arguments: &args::Evaluate, suite: Suite) -> Result<u8, Failure>
             quiet: arguments.quiet,
             stop: &stop,
         },
-        records: Vec::new(),
+        tasks: plan::tasks(suite),
+        records: BTreeMap::new(),
         peers: Vec::new(),
     };
-    let tasks = plan::tasks(suite, |surface| {
-        names.is_empty() || names.contains(&surface.name)
-    });
-    run.all(&tasks, &files, &stop)?;
-    if let Some(program) = arguments.peers.as_deref()
-        && !stop.load(Ordering::Relaxed)
-    {
-        peers::call(program, &run.store)?;
-    }
-    run.peers = peers::measured(&run.store, &run.records);
+    run.recall();
+    let todo = run.todo(&names, &files)?;
+    run.all(&todo)?;
+    let called = match arguments.peers.as_deref().filter(|_| !run.runner.is_stopped()) {
+        Some(program) => peers::call(program, &run.store),
+        None => Ok(()),
+    };
+    run.peers = peers::measured(&run.store);
     run.write()?;
     if arguments.json {
-        println!("{}", run.result().json()?);
+        print!("{}", run.result().json()?);
     }
-    if stop.load(Ordering::Relaxed) {
+    if run.runner.is_stopped() {
         if !arguments.quiet {
             print_line("the same command goes on where this one stopped");
         }
         return Ok(INTERRUPTED);
     }
+    called?;
     match run.failed() {
         0 => Ok(SUCCESS),
         failed => {
@@ -100,56 +104,104 @@ struct Run<'a> {
     config: &'a Config,
     store: Store,
     page: &'a Path,
+    /// Those of trainings.
     circumstances: Circumstances,
     runner: Runner<'a>,
-    records: Vec<Record>,
+    /// All of the suite.
+    tasks: Vec<Task>,
+    /// What came of them, by their places in the list.
+    records: BTreeMap<usize, Record>,
     peers: Vec<peers::PeerLayout>,
 }
 
+/// A task that has no record yet.
+struct Todo {
+    /// Its place in the list.
+    number: usize,
+    surface: Rc<Loaded>,
+    fingerprint: String,
+}
+
 impl Run<'_> {
-    /// Does all tasks that have no record yet.
-    fn all(&mut self, tasks: &[Task], files: &[PathBuf], stop: &AtomicBool) -> Result<(), Failure> {
-        let mut loaded: BTreeMap<&str, Result<Option<Loaded>, String>> = BTreeMap::new();
-        let (mut trained, mut training) = (0, Duration::ZERO);
-        for (number, task) in tasks.iter().enumerate() {
-            let surface = loaded.entry(task.surface.name).or_insert_with(|| {
-                let surface = task.surface.load(files);
-                surface.map_err(|failure| failure.to_string())
-            });
-            let surface = match surface {
-                Ok(Some(surface)) => surface,
-                // There is no file of this name: the row stays empty.
-                Ok(None) => continue,
-                Err(reason) => {
-                    print_line(&format!("fam: {}: {reason}", task.surface.name));
-                    let record = self.record(task, String::new(), Outcome::Failed(reason.clone()));
-                    self.records.push(record);
-                    continue;
+    /// Takes what earlier runs of the same preset and backend left, so that the page has it whatever is
+    /// done now.
+    fn recall(&mut self) {
+        for (number, task) in self.tasks.iter().enumerate() {
+            let record = self.store.record(task.surface.name, task.trial);
+            let own = &self.circumstances;
+            let fits = |record: &Record| match task.trial {
+                Trial::Direct => true,
+                Trial::Trained(..) => {
+                    let theirs = &record.circumstances;
+                    (&theirs.preset, &theirs.backend) == (&own.preset, &own.backend)
                 }
+            };
+            if let Some(record) = record.filter(fits) {
+                self.records.insert(number, record);
+            }
+        }
+        self.peers = peers::measured(&self.store);
+    }
+
+    /// The tasks on the surfaces of these names (all if there are none) that are to be done.
+    fn todo(&mut self, names: &[&str], files: &[PathBuf]) -> Result<Vec<Todo>, Failure> {
+        let mut loaded: BTreeMap<&str, Option<Rc<Loaded>>> = BTreeMap::new();
+        let mut todo = Vec::new();
+        for (number, task) in self.tasks.clone().iter().enumerate() {
+            let name = task.surface.name;
+            if !names.is_empty() && !names.contains(&name) {
+                continue;
+            }
+            if !loaded.contains_key(name) {
+                let surface = match task.surface.load(files) {
+                    Ok(surface) => surface.map(Rc::new),
+                    Err(failure) => {
+                        print_line(&format!("fam: {name}: {failure}"));
+                        let outcome = Outcome::Failed(failure.to_string());
+                        self.records.insert(number, self.record(task, String::new(), outcome));
+                        None
+                    }
+                };
+                loaded.insert(name, surface);
+            }
+            // Without a file of this name the row stays as it is.
+            let Some(surface) = loaded.get(name).cloned().flatten() else {
+                continue;
             };
             let config = task.trial.config(&self.config.training);
             let backend = self.runner.backend.name();
-            let own = fingerprint(&surface.surface, task.trial, config.as_ref(), backend)?;
-            let name = task.surface.name;
-            if let Some(record) = self.store.record(name, task.trial, &own) {
-                self.records.push(record);
-                continue;
+            let fingerprint = fingerprint(&surface, task.trial, config.as_ref(), backend)?;
+            let known = self.records.get(&number);
+            if known.is_none_or(|record| record.fingerprint != fingerprint) {
+                self.records.remove(&number);
+                todo.push(Todo {
+                    number,
+                    surface,
+                    fingerprint,
+                });
             }
+        }
+        Ok(todo)
+    }
+
+    /// Does these tasks.
+    fn all(&mut self, todo: &[Todo]) -> Result<(), Failure> {
+        let (mut trained, mut training) = (0, Duration::ZERO);
+        for (done, Todo { number, surface, fingerprint }) in todo.iter().enumerate() {
+            let task = self.tasks[*number];
             if !self.arguments.quiet {
-                let left = tasks[number..]
-                    .iter()
-                    .filter(|task| task.trial != Trial::Direct)
-                    .count();
+                let left = todo[done..].iter();
+                let left = left.filter(|t| self.tasks[t.number].trial != Trial::Direct).count();
                 let left = training.checked_div(trained).map(|each| each * left as u32);
-                print_line(&line(task, number, tasks.len(), left));
+                print_line(&line(&task, done, todo.len(), left));
             }
             let started = Instant::now();
-            let outcome = match self.outcome(task, surface, &own) {
+            let outcome = match self.outcome(&task, surface, fingerprint) {
                 Ok(Some(outcome)) => outcome,
                 // The user broke it off.
                 Ok(None) => break,
                 Err(failure) => {
-                    print_line(&format!("fam: {name}: {failure}"));
+                    print_line(&format!("fam: {}: {failure}", task.surface.name));
                     Outcome::Failed(failure.to_string())
                 }
             };
@@ -157,13 +209,13 @@ impl Run<'_> {
                 trained += 1;
                 training += started.elapsed();
             }
-            let record = self.record(task, own, outcome);
-            self.store.keep(name, task.trial, &record)?;
-            self.records.push(record);
-            self.write()?;
-            if stop.load(Ordering::Relaxed) {
-                break;
+            let record = self.record(&task, fingerprint.clone(), outcome);
+            // What failed is tried again by the next run.
+            if record.measured().is_some() {
+                self.store.keep(task.surface.name, task.trial, &record)?;
             }
+            self.records.insert(*number, record);
+            self.write()?;
         }
         Ok(())
     }
@@ -175,16 +227,15 @@ impl Run<'_> {
         fingerprint: &str,
     ) -> Result<Option<Outcome>, Failure> {
         let name = task.surface.name;
-        let picture = self.store.picture(name, task.trial);
-        let config = task.trial.config(&self.config.training);
-        let Some(config) = config else {
-            let direct = self.runner.direct(surface, &picture)?;
+        let Some(config) = task.trial.config(&self.config.training) else {
+            let Some(direct) = self.runner.direct(surface)? else {
+                return Ok(None);
+            };
             self.hand_over(task.surface, surface, &direct.uvs)?;
-            let stopped = self.runner.stop.load(Ordering::Relaxed);
-            return Ok((!stopped).then_some(Outcome::Done(direct.measured)));
+            return Ok(Some(Outcome::Done(direct.measured)));
         };
         let places = Places {
-            picture: &picture,
+            picture: &self.store.picture(name, task.trial),
             checkpoint: &self.store.checkpoint(name, task.trial),
         };
         let runner = &self.runner;
@@ -208,11 +259,15 @@ impl Run<'_> {
     }
 
     fn record(&self, task: &Task, fingerprint: String, outcome: Outcome) -> Record {
+        let mut circumstances = self.circumstances.clone();
+        if task.trial == Trial::Direct {
+            circumstances.preset = None;
+        }
         Record {
             surface: task.surface.name.to_string(),
             trial: task.trial.name(),
             seed: task.trial.seed(),
-            circumstances: self.circumstances.clone(),
+            circumstances,
             fingerprint,
             outcome,
         }
@@ -220,19 +275,31 @@ impl Run<'_> {
 
     fn failed(&self) -> usize {
         let failed = |record: &&Record| record.measured().is_none();
-        self.records.iter().filter(failed).count()
+        self.records.values().filter(failed).count()
     }
 
     fn result(&self) -> Page<'_> {
         Page {
             suite: name_of(self.suite),
-            records: &self.records,
+            records: self.records.values().collect(),
             peers: &self.peers,
         }
     }
 
     fn write(&self) -> Result<(), Failure> {
         self.result().write(self.page, &self.store)
+    }
+}
+
+/// The page needs a folder that is there, and a name beside which its other files have theirs.
+fn check_page(page: &Path) -> Result<(), Failure> {
+    check_folder(Some(page))?;
+    match page.extension() {
+        Some(extension) if extension == "md" => Ok(()),
+        _ => {
+            let page = page.display();
+            Err(Failure::input(format!("{page}: the page of a suite is a file NAME.md")))
+        }
     }
 }
 
@@ -263,9 +330,9 @@ fn names(arguments: &args::Evaluate) -> Result<Vec<&str>, Failure> {
 }
 
 /// The user's files, of which those with the names of the paper's models are tried.
-fn files(inputs: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
-    Ok(match Inputs::collect(inputs, None)? {
-        Inputs::Sample => Vec::new(),
+fn files(arguments: &args::Evaluate) -> Result<Vec<PathBuf>, Failure> {
+    let files = match Inputs::collect(&arguments.inputs, None)? {
+        Inputs::Sample => return Ok(Vec::new()),
         Inputs::One(path) => vec![path],
         Inputs::Batch { files, failed } => {
             if let Some((path, reason)) = failed.first() {
@@ -273,22 +340,51 @@ fn files(inputs: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
             }
             files.into_iter().map(|(path, _)| path).collect()
         }
-    })
+    };
+    let used: Vec<&str> = surfaces::all()
+        .iter()
+        .filter(|surface| surface.file(&files).is_some())
+        .map(|surface| surface.name)
+        .collect();
+    if used.is_empty() {
+        let names: Vec<&str> = surfaces::all()
+            .iter()
+            .filter(|surface| !surface.is_generated())
+            .map(|surface| surface.name)
+            .collect();
+        let names = names.join(", ");
+        return Err(Failure::input(format!(
+            "no file has the name of one of the paper's models: {names}"
+        )));
+    }
+    if !arguments.quiet {
+        print_line(&format!("models of the paper among the files: {}", used.join(", ")));
+    }
+    Ok(files)
 }
 
 fn circumstances(arguments: &args::Evaluate, config: &Config, backend: &Backend) -> Circumstances {
     let training = &config.training;
+    let weight = training.weights.flattening;
     Circumstances {
         machine: machine::description(),
         version: env!("CARGO_PKG_VERSION").to_string(),
-        commit: machine::commit(),
-        preset: format!(
-            "{}: {} points, {} iterations, width {}",
+        commit: option_env!("FAM_COMMIT").map(String::from),
+        preset: Some(format!(
+            "{}: {} points, {} iterations, width {}, {}{}",
             name_of(arguments.preset),
             training.points,
             training.iterations,
-            training.networks.width
-        ),
+            training.networks.width,
+            match training.starts {
+                1 => "one start".to_string(),
+                starts => format!("the best of {starts} starts"),
+            },
+            match weight > 0.0 {
+                true => format!(", ℓ_flat with weight {weight}"),
+                false => String::new(),
+            }
+        )),
         backend: backend.to_string(),
     }
 }

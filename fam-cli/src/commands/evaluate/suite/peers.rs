@@ -3,11 +3,12 @@
 use std::path::Path;
 use std::process::Command;
 
+use fam_io::Document;
 use fam_surface::Surface;
 use fam_surface::metrics::Metrics;
 use serde::{Deserialize, Serialize};
 
-use super::record::{Record, Store};
+use super::record::Store;
 use crate::failure::Failure;
 
 /// A layout by another tool, or why there is none.
@@ -36,12 +37,19 @@ pub struct Told {
     pub reason: Option<String>,
 }
 
-/// Calls the program that lays out the suite's surfaces by other tools.
+/// Calls the program that lays out the suite's surfaces by other tools, if there are any. What it prints
+/// goes to standard error.
 pub fn call(program: &Path, store: &Store) -> Result<(), Failure> {
     let fail = |reason: String| Failure::work(format!("{}: {reason}", program.display()));
-    let status = Command::new(program)
+    if names(&store.surfaces()).is_empty() {
+        return Ok(());
+    }
+    // A name without a folder would be looked for elsewhere.
+    let path = program.canonicalize().map_err(|error| fail(error.to_string()))?;
+    let status = Command::new(path)
         .arg(store.surfaces())
         .arg(store.peers())
+        .stdout(std::io::stderr())
         .status()
         .map_err(|error| fail(error.to_string()))?;
     match status.success() {
@@ -50,58 +58,64 @@ pub fn call(program: &Path, store: &Store) -> Result<(), Failure> {
     }
 }
 
-/// The layouts that peers left, of the surfaces of these records, measured; by peer and in the order
-/// of the records.
-pub fn measured(store: &Store, records: &[Record]) -> Vec<PeerLayout> {
-    let mut surfaces: Vec<&str> = Vec::new();
-    for record in records {
-        if !surfaces.contains(&record.surface.as_str()) {
-            surfaces.push(&record.surface);
-        }
-    }
-    let folders = std::fs::read_dir(store.peers())
-        .into_iter()
-        .flatten()
-        .flatten();
-    let mut folders: Vec<_> = folders.map(|entry| entry.path()).collect();
-    folders.sort();
-    let layouts = folders.iter().flat_map(|folder| {
-        surfaces
-            .iter()
-            .filter_map(|surface| layout(folder, surface))
+/// The layouts that peers left, measured; by peer and surface.
+pub fn measured(store: &Store) -> Vec<PeerLayout> {
+    let surfaces: Vec<String> = names(&store.surfaces())
+        .iter()
+        .filter_map(|name| Some(name.strip_suffix(".obj")?.to_string()))
+        .collect();
+    let peers = names(&store.peers());
+    let layouts = surfaces.iter().flat_map(|surface| {
+        let original = store.surfaces().join(format!("{surface}.obj"));
+        let original = fam_io::read_surface(original).ok();
+        peers.iter().filter_map(move |peer| {
+            layout(&store.peers().join(peer), surface, original.as_ref()?)
+        })
     });
     layouts.collect()
 }
 
-/// The layout of a surface in the folder of a peer; none if it was not tried.
-fn layout(folder: &Path, surface: &str) -> Option<PeerLayout> {
+/// The names in a folder, sorted.
+fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
+    let mut names: Vec<String> = names.filter(|name| !name.starts_with('.')).collect();
+    names.sort();
+    names
+}
+
+/// The layout of a surface in the folder of a peer; none if it was not tried, or was of another
+/// surface.
+fn layout(folder: &Path, surface: &str, original: &Document) -> Option<PeerLayout> {
     let text = std::fs::read(folder.join(format!("{surface}.json"))).ok()?;
     let mut told: Told = serde_json::from_slice(&text).ok()?;
-    let metrics = match told.reason {
-        Some(_) => None,
-        None => match metrics(&folder.join(format!("{surface}.obj"))) {
-            Ok(metrics) => Some(metrics),
-            Err(reason) => {
-                told.reason = Some(reason);
-                None
-            }
-        },
-    };
+    let mut measured = None;
+    if told.reason.is_none() {
+        match metrics(&folder.join(format!("{surface}.obj")), original) {
+            Ok(metrics) => measured = Some(metrics?),
+            Err(reason) => told.reason = Some(reason),
+        }
+    }
     Some(PeerLayout {
         peer: folder.file_name()?.to_string_lossy().into_owned(),
         surface: surface.to_string(),
         told,
-        metrics,
+        metrics: measured,
     })
 }
 
-/// What `fam metrics` says of the file.
-fn metrics(path: &Path) -> Result<Metrics, String> {
+/// What `fam metrics` says of the file; none if it has another surface than the original.
+fn metrics(path: &Path, original: &Document) -> Result<Option<Metrics>, String> {
     let document = fam_io::read_surface(path).map_err(|error| error.to_string())?;
-    match (document.surface(), document.uv_map()) {
-        (Surface::Mesh(mesh), Some(uvs)) => {
-            Metrics::measure(mesh, uvs).map_err(|error| error.to_string())
-        }
-        _ => Err("its file has no mesh with UVs".to_string()),
+    let (Surface::Mesh(mesh), Some(uvs)) = (document.surface(), document.uv_map()) else {
+        return Err("its file has no mesh with UVs".to_string());
+    };
+    let Surface::Mesh(original) = original.surface() else {
+        return Ok(None);
+    };
+    if (mesh.positions(), mesh.triangles()) != (original.positions(), original.triangles()) {
+        return Ok(None);
     }
+    let metrics = Metrics::measure(mesh, uvs).map_err(|error| error.to_string())?;
+    Ok(Some(metrics))
 }

@@ -46,6 +46,9 @@ pub struct Minutes {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
+    use super::super::super::reference::Reference;
     use super::super::surfaces;
     use super::*;
 
@@ -63,6 +66,18 @@ mod tests {
                 surfaces::all().iter().any(|surface| surface.name == name),
                 "{name}"
             );
+        }
+    }
+
+    /// The table of one's own meshes has the same figures from a file of the user's.
+    #[test]
+    fn the_file_of_reference_figures_agrees() {
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/reference-figures.toml");
+        let columns = Reference::read(Path::new(file)).unwrap().columns;
+        let paper = &columns[0];
+        assert_eq!(paper.title, "conformality, paper");
+        for (name, figure) in &paper.figures {
+            assert_eq!(PRINTED.conformality.fam.get(name), Some(figure), "{name}");
         }
     }
 }

@@ -4,17 +4,18 @@ use std::path::{Path, PathBuf};
 
 use fam_core::training::TrainingConfig;
 use fam_io::atomic::write_atomically;
+use fam_layout::LayoutConfig;
 use fam_surface::metrics::Metrics;
-use fam_surface::{Surface, TriangleMesh};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::plan::Trial;
+use super::surfaces::Loaded;
 use super::unseen::Unseen;
 use crate::failure::Failure;
 
 /// Version of the record's form. Records of another one are made anew.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// What came of one trial of one surface.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -33,10 +34,10 @@ pub struct Record {
 pub struct Circumstances {
     pub machine: String,
     pub version: String,
-    /// Of the sources that the program was built from, where they are at hand.
+    /// Of the sources, where the program was told when it was built.
     pub commit: Option<String>,
-    /// The preset of the training and what was changed in it.
-    pub preset: String,
+    /// The preset of the training and what was changed in it. None of a direct layout.
+    pub preset: Option<String>,
     pub backend: String,
 }
 
@@ -98,7 +99,7 @@ impl Record {
 
 /// The hash that a record must have to count for this trial.
 pub fn fingerprint(
-    surface: &Surface,
+    loaded: &Loaded,
     trial: Trial,
     config: Option<&TrainingConfig>,
     backend: &str,
@@ -111,20 +112,15 @@ pub fn fingerprint(
         }
         None => format!("{VERSION} {}", trial.name()),
     };
-    hasher.update(shaping);
-    for coordinate in surface.positions().iter().flatten() {
+    let layout = serde_json::to_string(&LayoutConfig::default()).map_err(Failure::work)?;
+    hasher.update(format!("{shaping} {layout}"));
+    for coordinate in loaded.mesh.positions().iter().flatten() {
         hasher.update(coordinate.to_le_bytes());
     }
-    if let Surface::Mesh(mesh) = surface {
-        hash_triangles(&mut hasher, mesh);
-    }
-    Ok(format!("{:x}", hasher.finalize()))
-}
-
-fn hash_triangles(hasher: &mut Sha256, mesh: &TriangleMesh) {
-    for vertex in mesh.triangles().iter().flatten() {
+    for vertex in loaded.mesh.triangles().iter().flatten() {
         hasher.update(vertex.to_le_bytes());
     }
+    Ok(format!("{:x}", hasher.finalize()))
 }
 
 /// The folder of a suite: records, surfaces, pictures, layouts of peers.
@@ -165,11 +161,10 @@ impl Store {
         self.run(surface, trial, "safetensors")
     }
 
-    /// The record of a trial, if there is one with this fingerprint.
-    pub fn record(&self, surface: &str, trial: Trial, fingerprint: &str) -> Option<Record> {
+    /// The record of a trial, if there is one that can be read.
+    pub fn record(&self, surface: &str, trial: Trial) -> Option<Record> {
         let text = std::fs::read(self.run(surface, trial, "json")).ok()?;
-        let record: Record = serde_json::from_slice(&text).ok()?;
-        (record.fingerprint == fingerprint).then_some(record)
+        serde_json::from_slice(&text).ok()
     }
 
     /// Keeps the record of a trial.

@@ -1,6 +1,7 @@
 //! The surfaces of the suites: generated ones of the kinds that the paper shows, and the files that
 //! have the names of the paper's models.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use fam_surface::{PointCloud, Surface, TriangleMesh, shapes};
@@ -106,17 +107,23 @@ impl SuiteSurface {
         matches!(self.source, Source::Generated(_))
     }
 
+    /// The file that has its name, if it is one of those that are read.
+    pub fn file<'a>(&self, files: &'a [PathBuf]) -> Option<&'a PathBuf> {
+        let is_own = |path: &&PathBuf| {
+            let stem = path.file_stem().and_then(OsStr::to_str);
+            stem.is_some_and(|stem| stem.eq_ignore_ascii_case(self.name))
+        };
+        files.iter().find(is_own).filter(|_| !self.is_generated())
+    }
+
     /// Makes the surface, or reads it from the file of its name. None without such a file.
     pub fn load(&self, files: &[PathBuf]) -> Result<Option<Loaded>, Failure> {
         let mesh = match self.source {
             Source::Generated(make) => make(),
-            Source::File => {
-                let own = |path: &&PathBuf| path.file_stem() == Some(self.name.as_ref());
-                match files.iter().find(own) {
-                    Some(path) => read(path)?,
-                    None => return Ok(None),
-                }
-            }
+            Source::File => match self.file(files) {
+                Some(path) => read(path)?,
+                None => return Ok(None),
+            },
         };
         let surface = match self.kind {
             Kind::Cloud | Kind::Broken => {
@@ -276,9 +283,7 @@ mod tests {
         let cow = all().iter().find(|surface| surface.name == "cow").unwrap();
         assert!(cow.load(&[PathBuf::from("a/cows.obj")]).unwrap().is_none());
         // It is looked for in the file that has the name.
-        assert!(
-            cow.load(&[PathBuf::from("no such folder/cow.off")])
-                .is_err()
-        );
+        let missing = [PathBuf::from("no such folder/Cow.off")];
+        assert!(cow.load(&missing).is_err());
     }
 }

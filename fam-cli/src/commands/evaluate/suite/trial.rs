@@ -21,7 +21,7 @@ use rand_pcg::Pcg64;
 use super::plan::{Trial, Variant};
 use super::record::{Layout, LayoutKind, Measured, save};
 use super::surfaces::Loaded;
-use super::unseen::NewPoints;
+use super::unseen::{NewPoints, Unseen};
 use crate::backend::{Backend, Job};
 use crate::checkpoints::{self, Checkpoints, Label};
 use crate::failure::Failure;
@@ -62,11 +62,13 @@ struct Learnt {
     seams: Seams,
     /// The UVs of other points.
     others: Vec<Vec<[f32; 2]>>,
+    /// How long training took; none of one that went on from a checkpoint.
+    seconds: Option<f64>,
 }
 
 impl Runner<'_> {
-    /// A mesh laid out without networks.
-    pub fn direct(&self, loaded: &Loaded, picture: &Path) -> Result<Direct, Failure> {
+    /// A mesh laid out without networks. None if the user broke it off.
+    pub fn direct(&self, loaded: &Loaded) -> Result<Option<Direct>, Failure> {
         let mut progress = self.progress();
         let surface = Surface::Mesh(loaded.mesh.clone());
         let unwrapped =
@@ -76,11 +78,6 @@ impl Runner<'_> {
         let (Uvs::Mesh(uvs), Some(metrics)) = (unwrapped.uvs, unwrapped.metrics) else {
             return Err(Failure::work("the layout is not that of a mesh"));
         };
-        draw(
-            picture,
-            Flattened::Mesh(&loaded.mesh, &uvs),
-            &unwrapped.seams,
-        )?;
         let layout = Layout {
             kind: LayoutKind::Direct,
             seconds: Some(unwrapped.layout_time.as_secs_f64()),
@@ -91,7 +88,7 @@ impl Runner<'_> {
             layouts: vec![layout],
             unseen: Vec::new(),
         };
-        Ok(Direct { measured, uvs })
+        Ok((!self.is_stopped()).then_some(Direct { measured, uvs }))
     }
 
     /// A training and the layout that it leads to. None if the user broke it off.
@@ -103,83 +100,76 @@ impl Runner<'_> {
         fingerprint: &str,
         places: &Places,
     ) -> Result<Option<Measured>, Failure> {
-        let noisy = match trial {
-            Trial::Trained(Variant::Noise(percent), seed) => {
-                Some(with_noise(&loaded.surface, percent, seed)?)
-            }
-            Trial::Trained(..) | Trial::Direct => None,
+        let Trial::Trained(variant, seed) = trial else {
+            return Err(Failure::work("a direct layout is no training"));
+        };
+        let noisy = match variant {
+            Variant::Noise(percent) => Some(with_noise(&loaded.surface, percent, seed)?),
+            Variant::Whole | Variant::Without(_) => None,
         };
         let surface = noisy.as_ref().unwrap_or(&loaded.surface);
-        let whole = matches!(trial, Trial::Trained(Variant::Whole, _));
         let new_points = match surface {
-            Surface::Mesh(mesh) if whole => NewPoints::on(mesh).map_err(Failure::work)?,
+            Surface::Mesh(mesh) if variant == Variant::Whole => {
+                NewPoints::on(mesh).map_err(Failure::work)?
+            }
             _ => Vec::new(),
         };
         let mut others: Vec<_> = new_points.iter().map(NewPoints::positions).collect();
         if noisy.is_some() {
             others.push(loaded.surface.positions().to_vec());
         }
-        let started = Instant::now();
         let learnt = self.learn(surface, config, &others, fingerprint, places)?;
-        if self.stop.load(Ordering::Relaxed) {
+        if self.is_stopped() {
             return Ok(None);
         }
-        let training_seconds = started.elapsed().as_secs_f64();
-        let measured = match (surface, &learnt.components) {
+        let (layouts, unseen) = match (surface, &learnt.components) {
             (Surface::Mesh(mesh), Some(components)) => {
                 let raw = raw_map(components, &learnt.uvs)?;
                 draw(places.picture, Flattened::Mesh(mesh, &raw), &learnt.seams)?;
-                let unseen = match components.list.len() {
-                    1 => {
-                        let measured = new_points.iter().zip(&learnt.others);
-                        let torn = &learnt.seams.edges;
-                        measured
-                            .filter_map(|(new, uvs)| new.measure(mesh, &raw, torn, uvs))
-                            .collect()
-                    }
-                    _ => Vec::new(),
-                };
                 let mut layouts = vec![raw_layout(mesh, &raw)?];
-                if whole {
+                if variant == Variant::Whole {
                     layouts.push(self.finished(mesh, components, &learnt.uvs)?);
                 }
-                (layouts, unseen)
+                (layouts, at_new_points(mesh, &raw, &learnt, &new_points))
             }
             (Surface::PointCloud(cloud), _) => {
-                let no_uvs = || Failure::work("there are no UVs");
-                let uvs = learnt.uvs.first().ok_or_else(no_uvs)?;
-                draw(places.picture, Flattened::Cloud(cloud, uvs), &learnt.seams)?;
-                let mesh = &loaded.mesh;
-                // Noise moves points by more than they are apart, so that no map of them keeps the angles
-                // between them. What a map learnt of the surface shows where the points were.
-                match noisy {
-                    Some(_) => {
-                        let uvs = learnt.others.first().ok_or_else(no_uvs)?;
-                        let raw = raw_layout(mesh, &of_points(mesh, uvs.clone())?)?;
-                        (vec![raw], Vec::new())
-                    }
-                    None => {
-                        let raw = raw_layout(mesh, &of_points(mesh, uvs.clone())?)?;
-                        (
-                            vec![raw, self.finished_cloud(cloud, mesh, uvs)?],
-                            Vec::new(),
-                        )
-                    }
-                }
+                (self.of_cloud(cloud, loaded, &learnt, noisy.is_some(), places)?, Vec::new())
             }
             (Surface::Mesh(_), None) => return Err(Failure::work("the mesh has no components")),
         };
         // A layout that was broken off is not what the method makes.
-        if self.stop.load(Ordering::Relaxed) {
+        if self.is_stopped() {
             return Ok(None);
         }
         checkpoints::remove(places.checkpoint);
-        let (layouts, unseen) = measured;
         Ok(Some(Measured {
-            training_seconds: Some(training_seconds),
+            training_seconds: learnt.seconds,
             layouts,
             unseen,
         }))
+    }
+
+    /// The raw map of a cloud and, without noise, the layout that it leads to.
+    fn of_cloud(
+        &self,
+        cloud: &PointCloud,
+        loaded: &Loaded,
+        learnt: &Learnt,
+        is_noisy: bool,
+        places: &Places,
+    ) -> Result<Vec<Layout>, Failure> {
+        let no_uvs = || Failure::work("there are no UVs");
+        let uvs = learnt.uvs.first().ok_or_else(no_uvs)?;
+        draw(places.picture, Flattened::Cloud(cloud, uvs), &learnt.seams)?;
+        let mesh = &loaded.mesh;
+        // Noise moves points by more than they are apart, so that no map of them keeps the angles
+        // between them. What a map learnt of the surface shows where the points were.
+        if is_noisy {
+            let uvs = learnt.others.first().ok_or_else(no_uvs)?;
+            return Ok(vec![raw_layout(mesh, &of_points(mesh, uvs.clone())?)?]);
+        }
+        let raw = raw_layout(mesh, &of_points(mesh, uvs.clone())?)?;
+        Ok(vec![raw, self.finished_cloud(cloud, mesh, uvs)?])
     }
 
     /// Trains, from the checkpoint where there is one of the same training.
@@ -263,6 +253,11 @@ impl Runner<'_> {
         })
     }
 
+    /// Whether the user asked to stop.
+    pub fn is_stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
     fn progress(&self) -> UnwrapProgress<'_> {
         UnwrapProgress::new(ProgressMode::of_user(self.quiet), self.stop)
     }
@@ -284,6 +279,19 @@ fn raw_layout(mesh: &TriangleMesh, uvs: &UvMap) -> Result<Layout, Failure> {
 /// One UV for each point, on triangles that join the points.
 fn of_points(mesh: &TriangleMesh, uvs: Vec<[f32; 2]>) -> Result<UvMap, Failure> {
     UvMap::new(uvs, mesh.triangles().to_vec()).map_err(Failure::work)
+}
+
+/// The map at new points. None where a mesh has several components: new points do not tell which of
+/// their maps they belong to.
+fn at_new_points(
+    mesh: &TriangleMesh,
+    raw: &UvMap,
+    learnt: &Learnt,
+    new_points: &[NewPoints],
+) -> Vec<Unseen> {
+    let one = learnt.components.as_ref().is_some_and(|components| components.list.len() == 1);
+    let measured = new_points.iter().zip(&learnt.others).filter(|_| one);
+    measured.filter_map(|(new, uvs)| new.measure(mesh, raw, &learnt.seams.edges, uvs)).collect()
 }
 
 fn draw(path: &Path, surface: Flattened, seams: &Seams) -> Result<(), Failure> {
@@ -333,6 +341,7 @@ impl Job for Train<'_, '_> {
         device: &B::Device,
         strategies: Strategies<B>,
     ) -> Self::Output {
+        let started = Instant::now();
         let steps = self.config.steps();
         let start = match self.resume {
             Some(checkpoint) => Start::Checkpoint(checkpoint),
@@ -353,6 +362,7 @@ impl Job for Train<'_, '_> {
                 flow
             },
         )?;
+        let seconds = started.elapsed().as_secs_f64();
         let flattened = trained.flattened;
         if let Some(error) = flattened.parts.iter().find_map(|part| part.error.clone()) {
             return Err(UnwrapError::NothingLearnt(error));
@@ -360,6 +370,7 @@ impl Job for Train<'_, '_> {
         let others = self.others.iter().map(|points| flattened.atlas.uvs(points));
         Ok(Learnt {
             others: others.collect(),
+            seconds: self.resume.is_none().then_some(seconds),
             components: flattened.components,
             uvs: flattened.uvs,
             seams: trained.seams,

@@ -11,7 +11,8 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64;
 use serde::{Deserialize, Serialize};
 
-/// Vertices of other meshes of the same surface, as shares of its own number.
+/// Vertices of other meshes of the same surface, as shares of its own number. They become up to 1.3
+/// times as many.
 const VERSIONS: [(&str, f64); 2] = [("remeshed", 1.0), ("decimated", 0.25)];
 
 /// Fewest vertices of such a mesh: fewer do not show the surface.
@@ -34,9 +35,10 @@ pub struct Unseen {
     pub vertices: usize,
     /// Conformality of the map on the new triangles, in radians.
     pub conformality: f64,
-    /// How far the map at a new vertex is from the map of the original mesh, which is linear on its
-    /// triangles: mean and 95th percentile over all vertices whose triangle the map does not tear,
-    /// in units of the side of the UV square.
+    /// The same of the map of the original mesh, which is linear on its triangles.
+    pub interpolated: f64,
+    /// How far these maps are from each other at a new vertex: mean and 95th percentile over all whose
+    /// triangle the map does not tear, in units of the side of the UV square.
     pub mean_distance: f64,
     pub p95_distance: f64,
 }
@@ -59,7 +61,8 @@ impl NewPoints {
     }
 
     /// Compares the map at these points (`uvs`, one each) with that of the mesh's own vertices.
-    /// `torn` are the edges of the mesh that the map tears. None if the points make no surface.
+    /// `torn` are the edges of the mesh that the map tears. None if the points make no surface, or all
+    /// triangles are torn.
     pub fn measure(
         &self,
         mesh: &TriangleMesh,
@@ -67,41 +70,47 @@ impl NewPoints {
         torn: &[[u32; 2]],
         uvs: &[[f32; 2]],
     ) -> Option<Unseen> {
-        let found = Reconstruction::of(&self.positions(), uvs, &|| true).ok()??;
-        let map = UvMap::new(uvs.to_vec(), found.mesh.triangles().to_vec()).ok()?;
-        let metrics = Metrics::measure(&found.mesh, &map).ok()?;
+        // Triangles of these points alone: no map says which are neighbours.
+        let blank = vec![[0.0; 2]; uvs.len()];
+        let found = Reconstruction::of(&self.positions(), &blank, &|| true).ok()??;
+        let conformality = |uvs: &[[f32; 2]]| {
+            let map = UvMap::new(uvs.to_vec(), found.mesh.triangles().to_vec()).ok()?;
+            Some(Metrics::measure(&found.mesh, &map).ok()?.conformality)
+        };
+        let interpolated: Vec<[f32; 2]> = self.points.iter().map(|p| interpolated(own, p)).collect();
         let torn: BTreeSet<[u32; 2]> = torn.iter().map(|&edge| sorted(edge)).collect();
         let is_torn = |t: usize| {
             let [a, b, c] = mesh.triangles()[t];
-            [[a, b], [b, c], [c, a]]
-                .iter()
-                .any(|&edge| torn.contains(&sorted(edge)))
+            let edges = [[a, b], [b, c], [c, a]];
+            edges.iter().any(|&edge| torn.contains(&sorted(edge)))
         };
-        let points = self.points.iter().zip(uvs);
-        let mut distances: Vec<f64> = points
-            .filter(|(point, _)| !is_torn(point.triangle))
-            .map(|(point, uv)| {
-                let corners = own.corners(point.triangle);
-                let between = |axis: usize| {
-                    let corners = corners.iter().zip(point.weights);
-                    corners
-                        .map(|(uv, weight)| weight * f64::from(uv[axis]))
-                        .sum::<f64>()
-                };
-                (f64::from(uv[0]) - between(0)).hypot(f64::from(uv[1]) - between(1))
-            })
-            .collect();
+        let whole = (0..uvs.len()).filter(|&i| !is_torn(self.points[i].triangle));
+        let distance = |i: usize| {
+            let [a, b] = [uvs[i], interpolated[i]].map(|uv| uv.map(f64::from));
+            (a[0] - b[0]).hypot(a[1] - b[1])
+        };
+        let mut distances: Vec<f64> = whole.map(distance).collect();
         distances.sort_by(f64::total_cmp);
         let count = distances.len();
         let p95 = *distances.get((count * 95 / 100).min(count.checked_sub(1)?))?;
         Some(Unseen {
             version: self.version.to_string(),
             vertices: self.points.len(),
-            conformality: metrics.conformality,
+            conformality: conformality(uvs)?,
+            interpolated: conformality(&interpolated)?,
             mean_distance: distances.iter().sum::<f64>() / count as f64,
             p95_distance: p95,
         })
     }
+}
+
+/// The UV of a point on a triangle.
+fn interpolated(map: &UvMap, point: &SurfacePoint) -> [f32; 2] {
+    let corners = map.corners(point.triangle);
+    [0, 1].map(|axis| {
+        let corners = corners.iter().zip(point.weights);
+        corners.map(|(uv, weight)| weight * f64::from(uv[axis])).sum::<f64>() as f32
+    })
 }
 
 fn sorted([a, b]: [u32; 2]) -> [u32; 2] {

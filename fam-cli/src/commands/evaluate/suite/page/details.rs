@@ -14,7 +14,7 @@ struct Column {
     digits: usize,
 }
 
-const COLUMNS: [Column; 9] = [
+const COLUMNS: [Column; 10] = [
     Column {
         title: "charts",
         value: |metrics| metrics.charts as f64,
@@ -43,6 +43,11 @@ const COLUMNS: [Column; 9] = [
     Column {
         title: "flips",
         value: |metrics| metrics.flipped_triangles as f64,
+        digits: 0,
+    },
+    Column {
+        title: "collapsed",
+        value: |metrics| metrics.collapsed_triangles as f64,
         digits: 0,
     },
     Column {
@@ -108,19 +113,15 @@ fn own(page: &Page, surface: &str, trial: &str, kind: LayoutKind) -> Option<[f64
 pub fn section(page: &Page) -> String {
     let mut all: Vec<(String, Vec<[f64; COLUMNS.len()]>)> = Vec::new();
     let titles = COLUMNS.iter().map(|column| column.title);
-    let mut each = Table::new(["model", "layout"].into_iter().chain(titles.clone()), 2);
+    let mut each = Table::new(["model", "layout"].into_iter().chain(titles.clone()).chain(["run"]), 2);
     for surface in page.tried() {
         for (label, figures) in layouts(page, surface.name) {
             let cells = COLUMNS
                 .iter()
                 .zip(figures)
                 .map(|(column, figure)| column.cell(figure));
-            each.push(
-                [title(surface), label.clone()]
-                    .into_iter()
-                    .chain(cells)
-                    .collect(),
-            );
+            let row = [title(surface), label.clone()].into_iter().chain(cells);
+            each.push(row.chain([page.run(surface.name)]).collect());
             if matches!(surface.kind, Kind::Open | Kind::Closed) {
                 match all.iter_mut().find(|(known, _)| *known == label) {
                     Some((_, rows)) => rows.push(figures),
@@ -141,7 +142,7 @@ pub fn section(page: &Page) -> String {
     format!(
         "## Beside conformality\n\n\
          Each metric alone is easy to win: with many charts nothing is distorted, and with overlaps nothing \
-         need be cut. Medians over the open and closed models that each way laid out:\n\n{medians}\n\
+         need be cut. Medians over the open and closed models, as many as each way laid out:\n\n{medians}\n\
          <details><summary>All layouts of all models</summary>\n\n{each}\n</details>"
     )
 }

@@ -1,8 +1,10 @@
 //! The page of a suite: its tables, what they say of the networks' worth, and pictures; beside it the
 //! same as JSON.
 
+mod ablations;
 mod details;
 mod markdown;
+mod new_points;
 mod pictures;
 mod spread;
 mod tables;
@@ -26,7 +28,7 @@ use spread::Spread;
 pub struct Page<'a> {
     /// The name of the suite.
     pub suite: String,
-    pub records: &'a [Record],
+    pub records: Vec<&'a Record>,
     pub peers: &'a [PeerLayout],
 }
 
@@ -55,9 +57,9 @@ impl Page<'_> {
             tables::clouds(self),
             tables::self_intersection(self),
             tables::time(self),
-            tables::noise(self),
-            tables::ablations(self),
-            tables::unseen(self),
+            ablations::noise(self),
+            ablations::ablations(self),
+            new_points::section(self),
             tables::hard(self),
             worth::section(self),
             details::section(self),
@@ -75,26 +77,52 @@ impl Page<'_> {
              The tables of the paper, made again by `fam evaluate --suite {}`. A *raw map* is what training \
              ends with: one UV for each vertex, so that triangles are stretched where the map tears the \
              surface. A *finished* layout is cut where the map and the geometry say so, without flips and \
-             overlaps; a *direct* one by the geometry alone, without networks. Figures are means over the \
-             seeds, with the range in parentheses. [Metrics](metrics.md) says what is measured; lower is \
-             better, but for coverage.\n\n\
+             overlaps; a *direct* one is cut by the geometry alone, without networks. Figures of the networks \
+             are means over the seeds, where there are several with the range in parentheses. [Metrics](metrics.md) says \
+             what is measured; lower is better, except for coverage.\n\n\
              *Printed* figures are the paper's. Models marked with ∘ are generated surfaces of the same \
              kind, not the paper's models; those without the mark are public models of the same name, which \
              need not be the same files. Empty cells were not run.\n\n",
             self.suite
         );
-        let mut table = markdown::Table::new(["run", "machine", "commit", "preset", "backend"], 5);
+        let presets = self.records.iter().filter_map(|r| r.circumstances.preset.as_deref());
+        if presets.into_iter().any(|preset| preset.starts_with("fast")) {
+            text.push_str(
+                "The preset `fast` is not the training of the paper, which is `--preset paper`: 10,000 \
+                 iterations of AdamW on 10,000 points, networks of width 512. `fast` has smaller networks, \
+                 SOAP for AdamW, several starts of which the best goes on, and the loss ℓ_flat besides.\n\n",
+            );
+        }
+        let titles = ["run", "machine", "commit", "preset", "backend"];
+        let mut table = markdown::Table::new(titles, 5);
         for (key, circumstances) in self.keys() {
             let commit = circumstances.commit.clone();
+            let trained = circumstances.preset.clone();
             table.push(vec![
                 key,
                 circumstances.machine.clone(),
                 commit.unwrap_or_else(|| format!("version {}", circumstances.version)),
-                circumstances.preset.clone(),
+                trained.unwrap_or_else(|| "direct layouts".to_string()),
                 circumstances.backend.clone(),
             ]);
         }
         text.push_str(&table.to_string());
+        let versions = |peer: &str| {
+            let mut layouts = self.peers.iter().filter(|layout| layout.peer == peer);
+            layouts.find_map(|layout| layout.told.version.clone()).unwrap_or_default()
+        };
+        let peers: Vec<String> = self
+            .peer_names()
+            .into_iter()
+            .map(|peer| format!("{peer} {}", versions(peer)).trim().to_string())
+            .collect();
+        if !peers.is_empty() {
+            text.push_str(&format!(
+                "\nOther tools, measured on the files that they wrote: {}. Their times are of the machine \
+                 on which they were called.\n",
+                peers.join(", ")
+            ));
+        }
         text
     }
 
@@ -141,9 +169,8 @@ impl Page<'_> {
 
     /// The records of a trial of a surface, one for each seed.
     fn records<'a>(&'a self, surface: &'a str, trial: &'a str) -> impl Iterator<Item = &'a Record> {
-        self.records
-            .iter()
-            .filter(move |record| record.surface == surface && record.trial == trial)
+        let records = self.records.iter().copied();
+        records.filter(move |record| record.surface == surface && record.trial == trial)
     }
 
     /// What was measured in them.

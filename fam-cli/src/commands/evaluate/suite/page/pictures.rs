@@ -8,6 +8,7 @@ use super::super::record::{Store, save};
 use super::super::surfaces::SuiteSurface;
 use super::{Page, title};
 use crate::failure::Failure;
+use fam_core::training::Ablation;
 
 /// The seed whose maps are drawn.
 const SEED: u64 = 0;
@@ -25,9 +26,19 @@ fn drawn(page: &Page, surface: &SuiteSurface) -> Vec<(Trial, String)> {
             trials.push(trial);
         }
     }
-    let caption = |trial: Trial| match trial {
-        Trial::Trained(Variant::Whole, _) => title(surface),
-        _ => format!("{}, {}", title(surface), trial.name().replace('-', " ")),
+    let caption = |trial: Trial| {
+        let of = title(surface);
+        match trial {
+            Trial::Trained(Variant::Without(Ablation::DeformBranch), _) => {
+                format!("{of}, without 2D→3D→2D")
+            }
+            Trial::Trained(Variant::Without(Ablation::UnwrapBranch), _) => {
+                format!("{of}, without 3D→2D→3D")
+            }
+            Trial::Trained(Variant::Without(Ablation::CutNet), _) => format!("{of}, without Cut-Net"),
+            Trial::Trained(Variant::Noise(percent), _) => format!("{of}, {percent} % of noise"),
+            _ => of,
+        }
     };
     trials
         .into_iter()
@@ -66,7 +77,7 @@ pub fn copy(page: &Page, store: &Store, folder: &Path) -> Result<String, Failure
         false => format!(
             "## Pictures\n\n\
              As the paper's figures: the surface, the UVs of the raw map coloured by the normal, a checker \
-             texture laid on by them, and where the map is torn. Seed {SEED}.\n{text}"
+             texture laid on by them, and where the map is torn. Generated surfaces, seed {SEED}.\n{text}"
         ),
     })
 }

@@ -1,19 +1,20 @@
-//! The tables of the paper, and those of points that training did not see.
+//! The tables that the paper has, by surfaces.
 
-use super::super::plan::Variant;
 use super::super::printed::PRINTED;
 use super::super::record::LayoutKind;
-use super::super::surfaces::{Kind, SuiteSurface};
+use super::super::surfaces::Kind;
 use super::markdown::Table;
 use super::spread::Spread;
 use super::{Page, cell, direct, finished, printed, raw, seconds, title};
 use fam_surface::metrics::Metrics;
 
-fn conformality(metrics: &Metrics) -> f64 {
+/// In radians.
+pub fn conformality(metrics: &Metrics) -> f64 {
     metrics.conformality
 }
 
-fn self_intersection_of(metrics: &Metrics) -> f64 {
+/// In percent of all pairs of triangles.
+pub fn self_intersection_of(metrics: &Metrics) -> f64 {
     metrics.overlap_percentage
 }
 
@@ -40,13 +41,8 @@ fn peer_cell(page: &Page, peer: &str, surface: &str) -> String {
 }
 
 fn triangles(page: &Page, surface: &str) -> String {
-    let tried = page
-        .records
-        .iter()
-        .filter(|record| record.surface == surface);
-    let layouts = tried
-        .filter_map(|record| record.measured())
-        .flat_map(|m| &m.layouts);
+    let tried = page.records.iter().filter(|record| record.surface == surface);
+    let layouts = tried.filter_map(|record| record.measured()).flat_map(|m| &m.layouts);
     let mut counts = layouts.map(|layout| layout.metrics.triangles);
     counts
         .next()
@@ -97,7 +93,8 @@ pub fn meshes(page: &Page) -> String {
     };
     format!(
         "## Conformality of open surfaces (table 1)\n\n\
-         Mean absolute difference of angles, in radians.\n\n{}\n\
+         Mean absolute difference of angles, in radians. The spiral and the cloth are bent rectangles, which \
+         a perfect map flattens without any.\n\n{}\n\
          ## Conformality of closed surfaces, of higher genus and one-sided (table 2)\n\n{}{note}",
         table(Kind::Open),
         table(Kind::Closed)
@@ -135,7 +132,7 @@ pub fn clouds(page: &Page) -> String {
     format!(
         "## Conformality of point clouds (table 3)\n\n\
          Clouds have no normals and no triangles. Conformality is measured on the triangles that the \
-         points come from, which the program is not told. FBCP-PC was given the boundary of each cloud.\n\n\
+         points come from, which the program does not see. FBCP-PC was given the boundary of each cloud.\n\n\
          {table}"
     )
 }
@@ -147,59 +144,50 @@ pub fn self_intersection(page: &Page) -> String {
         let figures = surfaces.filter_map(|surface| {
             page.metric(surface.name, (&trial, layout), self_intersection_of)
         });
-        Spread::of(figures.map(|figure| figure.mean)).map(|figure| figure.mean)
+        percent(figures.map(|figure| figure.mean).collect())
     };
-    let peer_mean = |kind: Kind, peer: &str| {
+    let by_slim = |kind: Kind| {
         let surfaces = page.surfaces(kind);
         let figures = surfaces.filter_map(|surface| {
-            let metrics = page.peer(peer, surface.name)?.metrics.as_ref()?;
+            let metrics = page.peer("slim", surface.name)?.metrics.as_ref()?;
             Some(metrics.overlap_percentage)
         });
-        Spread::of(figures).map(|figure| figure.mean)
-    };
-    let percent = |figure: Option<f64>| match figure {
-        Some(0.0) => "0".to_string(),
-        Some(figure) if figure < 5e-4 => format!("{figure:.0e}"),
-        Some(figure) => format!("{figure:.3}"),
-        None => String::new(),
+        percent(figures.collect())
     };
     let printed = &PRINTED.self_intersection;
-    let mut table = Table::new(
-        [
-            "models",
-            "raw map",
-            "finished",
-            "direct",
-            "SLIM",
-            "FAM, printed",
-            "SLIM, printed",
-        ],
-        1,
-    );
-    for (title, kind, fam, slim) in [
-        (
-            "open",
-            Kind::Open,
-            printed.fam_open,
-            Some(printed.slim_open),
-        ),
-        ("closed", Kind::Closed, printed.fam_closed, None),
+    let titles = ["models", "raw map", "finished", "direct", "SLIM", "FAM, printed", "SLIM, printed"];
+    let mut table = Table::new(titles, 1);
+    let open = (printed.fam_open, Some(printed.slim_open));
+    for (title, kind, (fam, slim)) in [
+        ("open", Kind::Open, open),
+        ("closed", Kind::Closed, (printed.fam_closed, None)),
     ] {
         table.push(vec![
             title.to_string(),
-            percent(mean(kind, raw())),
-            percent(mean(kind, finished())),
-            percent(mean(kind, direct())),
-            percent(peer_mean(kind, "slim")),
+            mean(kind, raw()),
+            mean(kind, finished()),
+            mean(kind, direct()),
+            by_slim(kind),
             format!("*{fam:.3}*"),
             slim.map_or(String::new(), |slim| format!("*{slim:.3}*")),
         ]);
     }
     format!(
         "## Self-intersection (table 4)\n\n\
-         Pairs of triangles whose interiors overlap, in percent of all pairs, in the mean over the models \
-         above; the test is exact.\n\n{table}"
+         Pairs of triangles whose interiors overlap, in percent of all pairs; the test is exact. Means over \
+         as many of the models above as the parentheses say; the paper's are over its own models.\n\n{table}"
     )
+}
+
+/// The mean of percentages, and of how many.
+fn percent(figures: Vec<f64>) -> String {
+    let count = figures.len();
+    match Spread::of(figures).map(|figure| figure.mean) {
+        Some(0.0) => format!("0 ({count})"),
+        Some(figure) if figure < 5e-4 => format!("{figure:.0e} ({count})"),
+        Some(figure) => format!("{figure:.3} ({count})"),
+        None => String::new(),
+    }
 }
 
 /// How long everything took.
@@ -207,195 +195,36 @@ pub fn time(page: &Page) -> String {
     let peers = page.peer_names();
     let mut titles = vec!["model", "training", "finishing", "direct"];
     titles.extend(&peers);
-    titles.extend(["FAM, printed", "SLIM, printed"]);
+    titles.extend(["SLIM, printed", "run"]);
     let mut table = Table::new(titles, 1);
     for surface in page.tried() {
         let name = surface.name;
         let took = |(trial, kind): (String, LayoutKind)| {
-            let layouts = page
-                .measured(name, &trial)
-                .flat_map(|measured| &measured.layouts);
+            let layouts = page.measured(name, &trial).flat_map(|measured| &measured.layouts);
             Spread::of(layouts.filter(|l| l.kind == kind).filter_map(|l| l.seconds))
         };
         let (whole, _) = raw();
-        let training = page
-            .measured(name, &whole)
-            .filter_map(|m| m.training_seconds);
+        let training = page.measured(name, &whole).filter_map(|m| m.training_seconds);
         let mut row = vec![title(surface), seconds(Spread::of(training))];
         row.extend([seconds(took(finished())), seconds(took(direct()))]);
-        row.extend(peers.iter().map(|peer| {
-            let layout = page.peer(peer, name);
-            seconds(layout.and_then(|layout| Spread::of(layout.told.seconds)))
+        row.extend(peers.iter().map(|peer| match page.peer(peer, name) {
+            Some(layout) => match &layout.told.reason {
+                Some(reason) => reason.clone(),
+                None => seconds(Spread::of(layout.told.seconds)),
+            },
+            None => String::new(),
         }));
-        let is_printed = PRINTED.conformality.slim.contains_key(name);
-        row.push(match is_printed {
-            true => format!("*{:.0}*", 60.0 * PRINTED.minutes.fam),
-            false => String::new(),
-        });
         let slim = PRINTED.minutes.slim.get(name);
         row.push(slim.map_or(String::new(), |minutes| format!("*{:.0}*", 60.0 * minutes)));
+        row.push(page.run(name));
         table.push(row);
     }
     format!(
         "## Time\n\n\
-         Seconds. *Training* ends with the raw map, *finishing* makes a layout of it, *direct* is the layout \
-         without networks. The paper trained on a GPU and ran SLIM on an Intel Core i7-9700.\n\n{table}"
-    )
-}
-
-/// A table of a metric of raw maps: surfaces by variants.
-fn variants(
-    page: &Page,
-    surfaces: &[&SuiteSurface],
-    variants: &[(&str, Variant)],
-    value: impl Fn(&Metrics) -> f64,
-) -> Table {
-    let titles = variants.iter().map(|(title, _)| *title);
-    let mut table = Table::new(["model"].into_iter().chain(titles), 1);
-    for surface in surfaces {
-        let cells = variants.iter().map(|(_, variant)| {
-            let trial = variant.name();
-            match page.metric(surface.name, (&trial, LayoutKind::Raw), &value) {
-                None => page.failure(surface.name, &trial).unwrap_or_default(),
-                figure => cell(figure),
-            }
-        });
-        table.push([title(surface)].into_iter().chain(cells).collect());
-    }
-    table
-}
-
-/// The surfaces on which one of the variants after the first was tried.
-fn tried_with<'a>(page: &Page, variants: &[(&str, Variant)]) -> Vec<&'a SuiteSurface> {
-    let tried = |surface: &&'static SuiteSurface| {
-        let mut others = variants[1..].iter();
-        others.any(|(_, variant)| page.records(surface.name, &variant.name()).next().is_some())
-    };
-    page.tried().filter(tried).collect()
-}
-
-/// Clouds with noise.
-pub fn noise(page: &Page) -> String {
-    let titles = ["none", "1 %", "2 %", "4 %"];
-    let columns: Vec<_> = titles.into_iter().zip(Variant::noises()).collect();
-    let surfaces = tried_with(page, &columns);
-    let table = variants(page, &surfaces, &columns, conformality);
-    format!(
-        "## Noise\n\n\
-         Conformality of the raw maps of clouds whose points were moved by a Gaussian; its standard \
-         deviation is in percent of the radius of the bounding sphere. The map is evaluated where the \
-         points were before, on the triangles that they come from.\n\n{table}"
-    )
-}
-
-/// The columns of the ablations.
-fn ablation_columns() -> Vec<(&'static str, Variant)> {
-    let titles = [
-        "whole method",
-        "without 2D→3D→2D",
-        "without 3D→2D→3D",
-        "without Cut-Net",
-    ];
-    titles.into_iter().zip(Variant::ablations()).collect()
-}
-
-/// The method without its parts.
-pub fn ablations(page: &Page) -> String {
-    let columns = ablation_columns();
-    let surfaces = tried_with(page, &columns);
-    let mut text = format!(
-        "## Ablations\n\n\
-         Conformality of raw maps without the branch 2D→3D→2D (no Deform-Net, so the points of the UV \
-         lattice are not learned), without the branch 3D→2D→3D (the UVs of a point are those of the \
-         nearest point of the wrapped lattice), and without Cut-Net.\n\n{}\n\
-         Self-intersection of the same, in percent.\n\n{}",
-        variants(page, &surfaces, &columns, conformality),
-        variants(
-            page,
-            &surfaces,
-            &columns,
-            LayoutKind::Raw,
-            self_intersection_of
-        )
-    );
-    for (title, variant) in &columns[1..] {
-        text.push_str(&verdict(page, &surfaces, title, *variant));
-    }
-    text
-}
-
-/// What leaving out a part did, in a sentence.
-fn verdict(page: &Page, surfaces: &[&SuiteSurface], title: &str, variant: Variant) -> String {
-    let (whole, part) = (Variant::Whole.name(), variant.name());
-    let figure = |surface: &SuiteSurface, trial: &str| {
-        page.metric(surface.name, (trial, LayoutKind::Raw), conformality)
-    };
-    let pairs: Vec<(Spread, Spread)> = surfaces
-        .iter()
-        .filter_map(|surface| Some((figure(surface, &whole)?, figure(surface, &part)?)))
-        .collect();
-    let Some(ratio) = super::spread::median(pairs.iter().map(|(a, b)| b.mean / a.mean)) else {
-        return String::new();
-    };
-    let worse = pairs.iter().filter(|(a, b)| b.low > a.high).count();
-    let better = pairs.iter().filter(|(a, b)| b.high < a.low).count();
-    format!(
-        "\n- *{title}*: {ratio:.2} times the conformality of the whole method in the median of {} \
-         surfaces; worse with every seed on {worse}, better with every seed on {better}.",
-        pairs.len()
-    )
-}
-
-/// The map at points that training did not see.
-pub fn unseen(page: &Page) -> String {
-    let mut table = Table::new(
-        [
-            "model",
-            "own vertices",
-            "remeshed",
-            "distance, %",
-            "95th percentile, %",
-            "decimated",
-            "distance, %",
-            "95th percentile, %",
-        ],
-        1,
-    );
-    let (whole, kind) = raw();
-    for surface in page.tried() {
-        let of_version = |version: &str, value: fn(&super::super::unseen::Unseen) -> f64| {
-            let all = page
-                .measured(surface.name, &whole)
-                .flat_map(|measured| &measured.unseen);
-            let own = all.filter(|unseen| unseen.version == version);
-            Spread::of(own.map(value)).map(|spread| spread.mean)
-        };
-        if of_version("remeshed", |unseen| unseen.conformality).is_none() {
-            continue;
-        }
-        let mut row = vec![title(surface)];
-        let own = page.metric(surface.name, (&whole, kind), conformality);
-        row.push(own.map_or(String::new(), |own| format!("{:.3}", own.mean)));
-        for version in ["remeshed", "decimated"] {
-            let conformality = of_version(version, |unseen| unseen.conformality);
-            row.push(conformality.map_or(String::new(), |c| format!("{c:.3}")));
-            for value in [
-                of_version(version, |unseen| 100.0 * unseen.mean_distance),
-                of_version(version, |unseen| 100.0 * unseen.p95_distance),
-            ] {
-                row.push(value.map_or(String::new(), |value| format!("{value:.2}")));
-            }
-        }
-        table.push(row);
-    }
-    format!(
-        "## Points that training did not see\n\n\
-         The trained map at the vertices of another mesh of the same surface, which no method that computes \
-         UVs for the vertices of one mesh can give: *remeshed* has as many new, evenly spread vertices as \
-         the mesh, *decimated* a quarter of them. Conformality is that of the map on the new triangles. The \
-         distance is between the map at a new vertex and the map of the mesh itself, linear on its \
-         triangles, in percent of the side of the UV square; vertices on torn triangles do not count.\n\n\
-         {table}"
+         Seconds, in the mean over the seeds. *Training* ends with the raw map, *finishing* makes a layout of \
+         it, *direct* is the layout without networks. The paper's training took {:.0} minutes on a GPU for \
+         any model, and its SLIM ran on an Intel Core i7-9700.\n\n{table}",
+        PRINTED.minutes.fam
     )
 }
 
@@ -448,7 +277,7 @@ pub fn hard(page: &Page) -> String {
         "## Stress test, failure case, broken mesh\n\n\
          *hilbert-tube* is the paper's stress test, a tube along a space-filling curve. *assembly* is its \
          failure case: a model of many parts, some inside of others. *soup* is a double torus whose \
-         triangles hang together nowhere: by geometry alone each is a chart of its own, while the networks \
-         are trained on its corners as a cloud.\n\n{table}"
+         triangles share no edges: by geometry alone each is a chart of its own, while the networks are \
+         trained on its corners as a cloud.\n\n{table}"
     )
 }

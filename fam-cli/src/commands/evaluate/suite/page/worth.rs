@@ -4,8 +4,27 @@ use super::super::printed::PRINTED;
 use super::super::record::LayoutKind;
 use super::super::surfaces::{Kind, SuiteSurface};
 use super::spread::median;
+use super::tables::conformality;
 use super::{Page, direct, finished, raw};
 use fam_surface::metrics::Metrics;
+
+/// Lengths of seams that differ by less are the same.
+const SAME: f64 = 0.005;
+
+/// The section.
+pub fn section(page: &Page) -> String {
+    let parts = [on_meshes(page), on_clouds(page), on_broken(page), at_new_points(page)];
+    let mut text = String::from("## What the networks are worth\n");
+    for part in parts.iter().flatten() {
+        text.push_str(&format!("\n- {part}"));
+    }
+    for (kind, generated) in [("public models of the same name", false), ("generated stand-ins", true)] {
+        if let Some(sentence) = beside_printed(page, kind, generated) {
+            text.push_str(&format!("\n\n{sentence}"));
+        }
+    }
+    text
+}
 
 /// A metric of a layout in the mean over the seeds.
 fn mean(
@@ -14,88 +33,58 @@ fn mean(
     (trial, kind): (String, LayoutKind),
     value: fn(&Metrics) -> f64,
 ) -> Option<f64> {
-    page.metric(surface.name, (&trial, kind), value)
-        .map(|spread| spread.mean)
-}
-
-fn conformality(metrics: &Metrics) -> f64 {
-    metrics.conformality
-}
-
-/// The section.
-pub fn section(page: &Page) -> String {
-    let parts = [
-        on_meshes(page),
-        on_clouds(page),
-        on_broken(page),
-        at_new_points(page),
-    ];
-    let parts: Vec<String> = parts.into_iter().flatten().collect();
-    let mut text = String::from("## What the networks are worth\n");
-    for part in &parts {
-        text.push_str(&format!("\n- {part}"));
-    }
-    if let Some(worse) = worse_than_printed(page) {
-        text.push_str(&format!("\n\n{worse}"));
-    }
-    text
+    let spread = page.metric(surface.name, (&trial, kind), value);
+    spread.map(|spread| spread.mean)
 }
 
 /// The layout that the map leads to against the one without it.
 fn on_meshes(page: &Page) -> Option<String> {
-    let meshes = page
+    let meshes: Vec<&SuiteSurface> = page
         .tried()
-        .filter(|s| matches!(s.kind, Kind::Open | Kind::Closed));
-    let seams: Vec<(f64, f64)> = meshes
-        .filter_map(|surface| {
-            let length = |layout| mean(page, surface, layout, |metrics| metrics.seam_length);
-            Some((length(finished())?, length(direct())?))
-        })
+        .filter(|surface| matches!(surface.kind, Kind::Open | Kind::Closed))
         .collect();
-    // Seams that are not needed at all have no ratio.
-    let cut = seams.iter().filter(|(_, direct)| *direct > 0.0);
-    let ratio = median(cut.map(|(finished, direct)| finished / direct))?;
-    let shorter = seams
+    let length = |surface, layout| mean(page, surface, layout, |metrics| metrics.seam_length);
+    // Surfaces that need no cut have no ratio.
+    let ratios: Vec<f64> = meshes
         .iter()
-        .filter(|(finished, direct)| finished < direct)
-        .count();
-    let longer = seams
-        .iter()
-        .filter(|(finished, direct)| finished > direct)
-        .count();
+        .filter_map(|surface| Some(length(surface, finished())? / length(surface, direct())?))
+        .filter(|ratio| ratio.is_finite())
+        .collect();
+    let ratio = median(ratios.iter().copied())?;
+    let shorter = ratios.iter().filter(|ratio| **ratio < 1.0 - SAME).count();
+    let longer = ratios.iter().filter(|ratio| **ratio > 1.0 + SAME).count();
     let (whole, _) = raw();
-    let trained = page
-        .tried()
-        .flat_map(|surface| page.measured(surface.name, &whole));
+    let trained = meshes.iter().flat_map(|surface| page.measured(surface.name, &whole));
     let training = median(trained.filter_map(|measured| measured.training_seconds))?;
     let (trial, _) = direct();
-    let laid_out = page
-        .tried()
-        .flat_map(|surface| page.measured(surface.name, &trial));
+    let laid_out = meshes.iter().flat_map(|surface| page.measured(surface.name, &trial));
     let layouts = laid_out.flat_map(|measured| &measured.layouts);
     let seconds = median(layouts.filter_map(|layout| layout.seconds))?;
+    let advice = match ratio < 0.95 {
+        true => "The map pays where seams must be short.",
+        false => "So the default for meshes is the direct layout.",
+    };
     Some(format!(
         "**On meshes**: the layout that the map leads to has {ratio:.2} times the seam length of the direct \
-         one in the median of {} models; it is shorter on {shorter} and longer on {longer}. Training takes \
-         {training:.0} s in the median, the direct layout {seconds:.1} s. Where the triangles of a mesh hang \
-         together, use `--method direct`, which is the default.",
-        seams.len()
+         one in the median. Of {} models that need a cut it is shorter on {shorter} and longer on {longer}, \
+         and the same on the others: on meshes of 5,000 triangles or more, the map leads one of four searches, \
+         of which the best counts. Training takes {training:.0} s in the median, the direct layout \
+         {seconds:.1} s. {advice}",
+        ratios.len()
     ))
 }
 
 fn on_clouds(page: &Page) -> Option<String> {
     let clouds: Vec<&SuiteSurface> = page.surfaces(Kind::Cloud).collect();
     let of = |layout: fn() -> (String, LayoutKind)| {
-        median(
-            clouds
-                .iter()
-                .filter_map(|surface| mean(page, surface, layout(), conformality)),
-        )
+        let figures = clouds.iter();
+        median(figures.filter_map(|surface| mean(page, surface, layout(), conformality)))
     };
     let (raw, finished) = (of(raw)?, of(finished)?);
     Some(format!(
-        "**On clouds**: without networks there is no layout, since a cloud has no triangles to cut. The raw \
-         map has a conformality of {raw:.3} in the median, the layout that it leads to {finished:.3}."
+        "**On clouds**: the direct method needs triangles, and a cloud has none. The raw map has a \
+         conformality of {raw:.3} in the median. It also tells which points are neighbours on the surface; \
+         the layout of the triangles found with it has {finished:.3}."
     ))
 }
 
@@ -104,66 +93,57 @@ fn on_broken(page: &Page) -> Option<String> {
     let learnt = mean(page, surface, raw(), conformality)?;
     let charts = mean(page, surface, direct(), |metrics| metrics.charts as f64)?;
     Some(format!(
-        "**On broken surfaces**: where no triangle hangs together with another, geometry alone makes \
-         {charts:.0} charts. The networks map all of it in one piece, with a conformality of {learnt:.3}."
+        "**On broken surfaces**: where no triangle shares an edge with another, geometry alone makes \
+         {charts:.0} charts of {}. The networks see the points and map neighbours to neighbours, with a \
+         conformality of {learnt:.3}.",
+        surface.name
     ))
 }
 
 fn at_new_points(page: &Page) -> Option<String> {
     let (whole, _) = raw();
-    let ratios = |version: &'static str| {
-        let whole = whole.clone();
-        page.tried().filter_map(move |surface| {
-            let own = mean(page, surface, raw(), conformality)?;
-            let unseen = page.measured(surface.name, &whole).flat_map(|m| &m.unseen);
-            let unseen = unseen.filter(|unseen| unseen.version == version);
-            let new = median(unseen.map(|unseen| unseen.conformality))?;
-            Some(new / own)
-        })
+    let all = |version: &'static str| {
+        let measured = page.tried().flat_map(|surface| page.measured(surface.name, &whole));
+        measured.flat_map(|m| &m.unseen).filter(move |unseen| unseen.version == version)
     };
-    let distance = median(page.tried().flat_map(|surface| {
-        let unseen = page.measured(surface.name, &whole).flat_map(|m| &m.unseen);
-        unseen
-            .filter(|u| u.version == "remeshed")
-            .map(|u| 100.0 * u.mean_distance)
-    }))?;
-    let (remeshed, decimated) = (median(ratios("remeshed"))?, median(ratios("decimated"))?);
+    let ratio = |version| median(all(version).map(|unseen| unseen.conformality / unseen.interpolated));
+    let distance = median(all("remeshed").map(|unseen| 100.0 * unseen.mean_distance))?;
+    let (remeshed, decimated) = (ratio("remeshed")?, ratio("decimated")?);
     Some(format!(
-        "**For points that were never seen**: on a new mesh of the same surface the map has {remeshed:.2} \
-         times the conformality that it has on the mesh it was trained on, on one of a quarter of the \
-         vertices {decimated:.2} times (medians). At new vertices it is {distance:.2} % of the UV square's \
-         side from the map of the old mesh. A method that computes UVs for the vertices of one mesh has none \
-         for those of another."
+        "**For points that were never seen**: on a new mesh of the same surface the networks' UVs have \
+         {remeshed:.2} times the conformality of UVs that are interpolated on the mesh that they were trained \
+         on, on one of a quarter of the vertices {decimated:.2} times (medians), and are {distance:.2} % of \
+         the UV square's side from them. The networks need no mesh to interpolate on: levels of detail, scans \
+         of the same object and points that are added later get the same map."
     ))
 }
 
-/// The models whose raw maps are less conformal than the figure that the paper prints.
-fn worse_than_printed(page: &Page) -> Option<String> {
-    let figures: Vec<(&str, f64, f64)> = page
-        .tried()
+/// How raw maps compare with the figures that the paper prints; none if there are none of this kind.
+fn beside_printed(page: &Page, kind: &str, generated: bool) -> Option<String> {
+    let surfaces = page.tried().filter(|surface| surface.is_generated() == generated);
+    let figures: Vec<(&str, f64, f64)> = surfaces
         .filter_map(|surface| {
             let own = mean(page, surface, raw(), conformality)?;
             let printed = PRINTED.conformality.fam.get(surface.name)?;
             Some((surface.name, own, *printed))
         })
         .collect();
-    let count = figures.len();
+    let is_worse = |(_, own, printed): &&(&str, f64, f64)| own > printed;
     let worse: Vec<String> = figures
         .iter()
-        .filter(|(_, own, printed)| own > printed)
+        .filter(is_worse)
         .map(|(name, own, printed)| format!("{name} ({own:.3}, printed {printed:.3})"))
         .collect();
-    match (count, worse.as_slice()) {
-        (0, _) => None,
-        (_, []) => Some(format!(
-            "The raw maps are more conformal than the figures that the paper prints on all {count} models \
-             of the same name or kind."
+    let count = figures.len();
+    match worse.as_slice() {
+        _ if count == 0 => None,
+        [] => Some(format!(
+            "The raw maps of {kind} are more conformal than the paper prints on all {count}."
         )),
-        (_, worse) => Some(format!(
-            "The raw maps are more conformal than the figures that the paper prints on {} of {count} models \
-             of the same name or kind. They are worse on {}. What differs: the surfaces themselves (where \
-             they are generated, or another file of the same name) and the training, which is the paper's \
-             10,000 iterations of networks of width 512 on 10,000 points only with `--preset paper`.",
+        worse => Some(format!(
+            "The raw maps of {kind} are more conformal than the paper prints on {} of {count}, and worse on \
+             {}. The surfaces differ (another file of the name, or another shape of the kind), and so does \
+             the training, as said above.",
             count - worse.len(),
             worse.join(", ")
         )),
