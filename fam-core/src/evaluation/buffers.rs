@@ -1,6 +1,7 @@
 use std::sync::Mutex;
 
-/// More would be kept for nothing: a step holds one for each of its nine evaluations.
+/// More would be kept for nothing: a step holds one for each of its nine evaluations, and one for
+/// each of its two Jacobians.
 const MOST: usize = 16;
 
 /// Buffers to be used again: those of one step have the sizes of the next, and the system need

@@ -6,6 +6,8 @@
 //! tile, all tangents among them. Tiles, and which tile adds to which sum of weight gradients,
 //! depend on the sizes alone, so that the numbers do not depend on the number of threads.
 //!
+//! [`pullback`] is the backward pass in a form that can be differentiated again.
+//!
 //! Loops over the hidden values go through `pulp`, which compiles them for the wider registers
 //! that most processors turn out to have.
 
@@ -19,6 +21,8 @@ use rayon::prelude::*;
 
 use super::buffers::Buffers;
 use crate::networks::NEGATIVE_SLOPE;
+
+pub(super) mod pullback;
 
 /// Rows of a tile. A product of 192 rows is as fast as one of thousands, and at width 64 two
 /// layers of them (96 KiB) stay in a core's second-level cache.
@@ -150,16 +154,9 @@ pub(super) fn forward(
     let row = sizes.copies() * sizes.between();
     let mut between = buffers.take(sizes.points * row);
     let layers = sizes.layers(&parameters);
-    let mut rest = between.as_mut_slice();
-    let mut pieces = Vec::with_capacity(tiles.len());
-    for tile in &tiles {
-        let (piece, after) = rest.split_at_mut(tile.len() * row);
-        pieces.push(piece);
-        rest = after;
-    }
     let results: Vec<Vec<f32>> = tiles
         .par_iter()
-        .zip(pieces)
+        .zip(pieces(&mut between, tiles.iter().cloned(), row))
         .map(|(tile, between)| {
             let rows = gather(&sizes, sizes.inputs(), &input, tile);
             forward_tile(&layers, tile.len(), &rows, between)
@@ -183,38 +180,59 @@ pub(super) fn backward(saved: &Saved, gradient: &[f32], of_input: bool) -> Gradi
     let tiles = sizes.tiles();
     let layers = sizes.layers(&saved.parameters);
     let row = sizes.copies() * sizes.between();
-    let (sums, of_inputs): (Vec<Vec<f32>>, Vec<Vec<Vec<f32>>>) = tiles
+    let count = saved.parameters.len();
+    let (parameters, of_inputs) = summed(&tiles, count, |tile, sum| {
+        let pass = TilePass {
+            layers: &layers,
+            points: tile.len(),
+            input: &gather(sizes, sizes.inputs(), &saved.input, tile),
+            between: &saved.between[tile.start * row..tile.end * row],
+        };
+        let gradient = gather(sizes, sizes.outputs(), gradient, tile);
+        pass.backward(gradient, sum, of_input)
+    });
+    let input = match of_input {
+        true => scatter(sizes, sizes.inputs(), &tiles, &of_inputs),
+        false => Vec::new(),
+    };
+    Gradients { input, parameters }
+}
+
+/// The pieces of a buffer that belong to tiles, each of which has as many rows as points.
+fn pieces(
+    mut buffer: &mut [f32],
+    tiles: impl Iterator<Item = Range<usize>>,
+    row: usize,
+) -> Vec<&mut [f32]> {
+    let piece = |tile: Range<usize>| {
+        let (piece, rest) = std::mem::take(&mut buffer).split_at_mut(tile.len() * row);
+        buffer = rest;
+        piece
+    };
+    tiles.map(piece).collect()
+}
+
+/// What `pass` makes of every tile, and the sum of what it adds to `count` gradients of
+/// parameters.
+fn summed<T: Sync>(
+    tiles: &[T],
+    count: usize,
+    pass: impl Fn(&T, &mut [f32]) -> Vec<f32> + Sync,
+) -> (Vec<f32>, Vec<Vec<f32>>) {
+    let (sums, results): (Vec<Vec<f32>>, Vec<Vec<Vec<f32>>>) = tiles
         .par_chunks(tiles.len().div_ceil(SUMS).max(1))
         .map(|tiles| {
-            let mut sum = vec![0.0; saved.parameters.len()];
-            let of_inputs = tiles.iter().map(|tile| {
-                let pass = TilePass {
-                    layers: &layers,
-                    points: tile.len(),
-                    input: &gather(sizes, sizes.inputs(), &saved.input, tile),
-                    between: &saved.between[tile.start * row..tile.end * row],
-                };
-                let gradient = gather(sizes, sizes.outputs(), gradient, tile);
-                pass.backward(gradient, &mut sum, of_input)
-            });
-            let of_inputs = of_inputs.collect();
-            (sum, of_inputs)
+            let mut sum = vec![0.0; count];
+            let results = tiles.iter().map(|tile| pass(tile, &mut sum)).collect();
+            (sum, results)
         })
         .unzip();
-    let input = if of_input {
-        scatter(sizes, sizes.inputs(), &tiles, &of_inputs.concat())
-    } else {
-        Vec::new()
-    };
     let add = |mut sum: Vec<f32>, other: Vec<f32>| {
         Arch::new().dispatch(|| sum.iter_mut().zip(&other).for_each(|(a, b)| *a += b));
         sum
     };
-    let parameters = sums.into_iter().reduce(add);
-    Gradients {
-        input,
-        parameters: parameters.unwrap_or_else(|| vec![0.0; saved.parameters.len()]),
-    }
+    let sum = sums.into_iter().reduce(add);
+    (sum.unwrap_or_else(|| vec![0.0; count]), results.concat())
 }
 
 /// The rows of a tile out of stacked rows: its points', then those of each tangent.
@@ -256,10 +274,7 @@ fn forward_tile(
         let (after, rest) = between.split_at_mut(rows * width);
         let offset = width - outputs;
         if next.source == Source::Joined {
-            let x = input.chunks_exact(inputs);
-            for (row, x) in after.chunks_exact_mut(width).zip(x) {
-                row[..offset].copy_from_slice(x);
-            }
+            join(after, input, width, inputs);
         }
         let result = MatMut::from_row_major_slice_mut(&mut *after, rows, width);
         multiply(result.subcols_mut(offset, outputs), current, layer.weight);
@@ -277,6 +292,14 @@ fn forward_tile(
     multiply(result, current, last.weight);
     add_bias(&mut output[..points * outputs], outputs, last.bias);
     output
+}
+
+/// Copies x into the first columns of rows of a width.
+fn join(rows: &mut [f32], x: &[f32], width: usize, inputs: usize) {
+    let x = x.chunks_exact(inputs);
+    for (row, x) in rows.chunks_exact_mut(width).zip(x) {
+        row[..inputs].copy_from_slice(x);
+    }
 }
 
 fn multiply(result: MatMut<f32>, rows: &[f32], weight: MatRef<f32>) {

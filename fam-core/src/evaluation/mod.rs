@@ -12,7 +12,9 @@ mod kernel;
 mod tests;
 mod tiled;
 
+use burn::module::{AutodiffModule, Module};
 use burn::tensor::{Tensor, backend::Backend};
+use burn_autodiff::Autodiff;
 
 use crate::networks::Mlp;
 
@@ -44,6 +46,29 @@ pub trait Evaluation<B: Backend>: Send + Sync {
             xi_2.push_tangent(beside(tangent, latent), &slopes_2)
         };
         (y, tangents.into_iter().map(push).collect())
+    }
+
+    /// ξ″([x, ξ′(x)]), `[N, in] → [N, out]`, and the same on an autodiff layer above `B` as a
+    /// function of K copies of x, `[K, N, in] → [K, N, out]`.
+    ///
+    /// Gradients that a backward pass on the layer above gives for the copies are tensors of `B`,
+    /// differentiable there with respect to the weights and to what the pass went out from.
+    /// Slopes of activations are constants, and the gradients do not depend on x.
+    fn twofold_above(
+        &self,
+        xi_1: &Mlp<B>,
+        xi_2: &Mlp<B>,
+        x: Tensor<B, 2>,
+        copies: Tensor<Autodiff<B>, 3>,
+    ) -> (Tensor<B, 2>, Tensor<Autodiff<B>, 3>) {
+        let (y, _) = self.twofold(xi_1, xi_2, x, Vec::new());
+        // Lifted without gradients on the layer above, which would be computed for nothing.
+        let lifted = |xi: &Mlp<B>| Mlp::<Autodiff<B>>::from_inner(xi.clone()).no_grad();
+        let [k, n, inputs] = copies.dims();
+        let rows = copies.reshape([k * n, inputs]);
+        let (rows, _) = Plain.twofold(&lifted(xi_1), &lifted(xi_2), rows, Vec::new());
+        let [_, outputs] = rows.dims();
+        (y, rows.reshape([k, n, outputs]))
     }
 }
 

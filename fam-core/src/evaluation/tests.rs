@@ -1,8 +1,10 @@
 //! Tiles and blocks against plain operations.
 
-use super::kernel::Sizes;
+use std::sync::Arc;
+
+use super::kernel::{Sizes, pullback};
 use super::*;
-use crate::networks::{FlattenAnything, FlattenAnythingConfig};
+use crate::networks::{FlattenAnything, FlattenAnythingConfig, WrapNet};
 use crate::training::turn;
 use burn::module::Module;
 use burn::tensor::{FloatDType, TensorData};
@@ -68,6 +70,42 @@ fn evaluate(evaluation: &dyn Evaluation<Cpu>, points: usize, tangents: usize) ->
     results.into_iter().map(host).chain(gradients).collect()
 }
 
+/// Wrap-Net at `points` points; gradients there of a weighted sum of its results at `copies` copies
+/// by the copies, from a backward pass on a layer above; and the gradients of a loss made of all
+/// that with respect to the points, the weights of the sum and all layers.
+fn evaluate_above(
+    evaluation: &dyn Evaluation<Cpu>,
+    wrap: &WrapNet<Cpu>,
+    points: usize,
+    copies: usize,
+) -> Vec<Option<Vec<f32>>> {
+    let x = tensor(points, 2, 1).require_grad();
+    let weights = tensor(copies * points, 6, 2).require_grad();
+    let _turn = turn();
+    let stack = Tensor::stack::<3>(vec![x.clone(); copies], 0);
+    let stack = Tensor::<Autodiff<Cpu>, 3>::from_inner(stack).require_grad();
+    let xi = [&wrap.mlp_1, &wrap.mlp_2];
+    let (y, above) = evaluation.twofold_above(xi[0], xi[1], x.clone(), stack.clone());
+    let results = [host(y.clone()), host(above.clone())];
+    let sum = above * Tensor::from_inner(weights.clone().reshape([copies, points, 6]));
+    let rows = stack.grad(&sum.sum().backward()).unwrap();
+    let rows = rows.reshape([copies * points, 2]);
+    let pulled = host(rows.clone());
+    let loss = (rows.clone() * rows * tensor(copies * points, 2, 3)).sum();
+    let gradients = (loss + (y * tensor(points, 6, 4)).sum()).backward();
+    let of_inputs = [&x, &weights].map(|input| input.grad(&gradients).map(host));
+    let of_layers = xi.into_iter().flat_map(|xi| &xi.layers).flat_map(|layer| {
+        let bias = layer.bias.as_ref().unwrap();
+        [
+            layer.weight.grad(&gradients).map(host),
+            bias.grad(&gradients).map(host),
+        ]
+    });
+    let gradients = of_inputs.into_iter().chain(of_layers);
+    let results = results.into_iter().chain([pulled]).map(Some);
+    results.chain(gradients).collect()
+}
+
 /// Whether the difference is small beside what is expected, in the Euclidean norm.
 fn close(found: &[f32], expected: &[f32]) -> bool {
     let norm = |values: &mut dyn Iterator<Item = f32>| -> f64 {
@@ -121,6 +159,33 @@ fn blocks_are_the_plain_operations() {
 }
 
 #[test]
+fn gradients_of_gradients_are_those_of_plain_operations() {
+    let (tiled, wrap) = (Tiled::default(), model().wrap);
+    // One point, less than a tile, a tile, one more, and several tiles for each sum of gradients.
+    for (points, copies) in [(1, 1), (63, 3), (192, 3), (193, 2), (500, 3), (4_001, 2)] {
+        let plain = evaluate_above(&Plain, &wrap, points, copies);
+        for other in [&tiled as &dyn Evaluation<Cpu>, &Blocked] {
+            let found = evaluate_above(other, &wrap, points, copies);
+            assert_eq!(found.len(), 5 + 4 * 4);
+            for (i, (a, b)) in found.iter().zip(&plain).enumerate() {
+                let [a, b] = [a, b].map(|values| values.as_ref().unwrap());
+                assert!(close(a, b), "{points} points, {copies} copies: {i}");
+            }
+        }
+    }
+}
+
+#[test]
+fn gradients_of_gradients_by_constants_are_left_out() {
+    let wrap = model().wrap;
+    let tracked = evaluate_above(&Tiled::default(), &wrap, 100, 3);
+    let constant = evaluate_above(&Tiled::default(), &wrap.no_grad(), 100, 3);
+    let (inputs, layers) = constant.split_at(5);
+    assert_eq!(inputs, &tracked[..5]);
+    assert!(layers.iter().all(Option::is_none));
+}
+
+#[test]
 fn an_mlp_of_one_layer_without_bias_is_linear() {
     let mut xi = model().unwrap.mlp;
     xi.layers.truncate(1);
@@ -166,7 +231,17 @@ fn tiles_give_the_same_bits_on_any_number_of_threads() {
             let buffers = Default::default();
             let (output, saved) = kernel::forward(sizes.clone(), input, parameters, buffers);
             let gradients = kernel::backward(&saved, &values(9_000 * 6, 9), true);
-            [output, gradients.input, gradients.parameters]
+            let saved = Arc::new(saved);
+            let (pulled, kept) = pullback::pull_back(saved, 3, values(9_000 * 6, 10));
+            let again = pullback::backward(&kept, &values(9_000 * 2, 11), true);
+            [
+                output,
+                gradients.input,
+                gradients.parameters,
+                pulled,
+                again.upstream,
+                again.parameters,
+            ]
         })
     };
     assert_eq!(on(1), on(3));

@@ -1,3 +1,5 @@
+mod above;
+
 use std::sync::Arc;
 
 use burn::tensor::backend::Backend;
@@ -17,9 +19,9 @@ use crate::networks::Mlp;
 /// through all layers in tiles that stay in a core's cache, and tiles side by side on the cores.
 ///
 /// For backends whose tensors are in the host's memory; on others it is right but copies to and
-/// fro. Numbers other than `f32` are evaluated as by [`Plain`]. Its gradient is not
-/// differentiable again, which training asks of Burn's own operations only
-/// ([`JacobianMode::DoubleBackward`](crate::jacobian::JacobianMode::DoubleBackward)).
+/// fro. Numbers other than `f32` are evaluated as by [`Plain`]. Its gradients are not
+/// differentiable again but those of [`twofold_above`](Evaluation::twofold_above), which is made
+/// for it.
 ///
 /// Memory of one step is used again by the next; clones share it.
 ///
@@ -41,7 +43,7 @@ impl<B: Backend, C: CheckpointStrategy> Evaluation<Autodiff<B, C>> for Tiled {
         if !is_f32(&[xi], &x) {
             return Plain.single(xi, x);
         }
-        self.stacked(&[xi], x, 0)
+        self.stacked(&[xi], x, 0).output
     }
 
     fn twofold(
@@ -56,6 +58,31 @@ impl<B: Backend, C: CheckpointStrategy> Evaluation<Autodiff<B, C>> for Tiled {
         }
         self.with_tangents(&[xi_1, xi_2], x, tangents)
     }
+
+    /// The points are evaluated once. What they leave serves the backward passes of both layers,
+    /// and that of the layer above is an operation in tiles as well.
+    fn twofold_above(
+        &self,
+        xi_1: &Mlp<Autodiff<B, C>>,
+        xi_2: &Mlp<Autodiff<B, C>>,
+        x: Rows<B, C>,
+        copies: Tensor<Autodiff<Autodiff<B, C>>, 3>,
+    ) -> (Rows<B, C>, Tensor<Autodiff<Autodiff<B, C>>, 3>) {
+        if !is_f32(&[xi_1, xi_2], &x) {
+            return Plain.twofold_above(xi_1, xi_2, x, copies);
+        }
+        assert_eq!(copies.dims()[1..], x.dims(), "copies have the shape of x");
+        let evaluated = self.stacked(&[xi_1, xi_2], x, 0);
+        (evaluated.output.clone(), above::above(evaluated, copies))
+    }
+}
+
+/// The results of an evaluation, and what its gradients need.
+struct Evaluated<B: Backend, C: CheckpointStrategy> {
+    output: Rows<B, C>,
+    /// All of them in one row.
+    parameters: Tensor<Autodiff<B, C>, 1>,
+    saved: Arc<Saved>,
 }
 
 impl Tiled {
@@ -72,12 +99,12 @@ impl Tiled {
             "every tangent has the shape of x, {shape:?}"
         );
         if tangents.is_empty() {
-            return (self.stacked(mlps, x, 0), tangents);
+            return (self.stacked(mlps, x, 0).output, tangents);
         }
         let [n, _] = shape;
         let count = tangents.len();
         let rows = std::iter::once(x).chain(tangents).collect();
-        let output = self.stacked(mlps, Tensor::cat(rows, 0), count);
+        let output = self.stacked(mlps, Tensor::cat(rows, 0), count).output;
         let block = |k: usize| output.clone().narrow(0, k * n, n);
         (block(0), (1..=count).map(block).collect())
     }
@@ -88,7 +115,7 @@ impl Tiled {
         mlps: &[&Mlp<Autodiff<B, C>>],
         rows: Rows<B, C>,
         tangents: usize,
-    ) -> Rows<B, C> {
+    ) -> Evaluated<B, C> {
         let [count, columns] = rows.dims();
         let stacks: Vec<Vec<usize>> = mlps.iter().map(|mlp| mlp.channels()).collect();
         let mut expected = 0;
@@ -104,23 +131,29 @@ impl Tiled {
         };
         let outputs = sizes.outputs();
         let parameters = mlps.iter().flat_map(|mlp| mlp.parameters()).collect();
-        let parameters = Tensor::cat(parameters, 0).into_primitive().tensor();
+        let parameters = Tensor::cat(parameters, 0);
+        let weights = parameters.clone().into_primitive().tensor();
         let rows = rows.into_primitive().tensor();
         let device = B::float_device(&rows.primitive);
         let input = host::<B, 2>(rows.primitive);
-        let weights = host::<B, 1>(parameters.primitive);
+        let values = host::<B, 1>(weights.primitive);
         let buffers = self.buffers.clone();
-        let (output, saved) = kernel::forward(sizes, input, weights, buffers);
+        let (output, saved) = kernel::forward(sizes, input, values, buffers);
+        let saved = Arc::new(saved);
         let output = from_host::<B, 2>(output, [count, outputs], &device);
         let prepared = TiledStacks
-            .prepare::<C>([rows.node, parameters.node])
+            .prepare::<C>([rows.node, weights.node])
             .compute_bound()
             .stateful();
         let output = match prepared {
-            OpsKind::Tracked(prepared) => prepared.finish(Arc::new(saved), output),
+            OpsKind::Tracked(prepared) => prepared.finish(saved.clone(), output),
             OpsKind::UnTracked(prepared) => prepared.finish(output),
         };
-        Tensor::from_primitive(TensorPrimitive::Float(output))
+        Evaluated {
+            output: Tensor::from_primitive(TensorPrimitive::Float(output)),
+            parameters,
+            saved,
+        }
     }
 }
 

@@ -51,10 +51,7 @@ impl JacobianMode {
         evaluation: &dyn Evaluation<B>,
     ) -> (Wrapped<B>, Jacobian<B>) {
         match self {
-            JacobianMode::DoubleBackward => {
-                let wrapped = net.forward(q.clone(), evaluation);
-                (wrapped, double_backward::jacobian(net, q))
-            }
+            JacobianMode::DoubleBackward => double_backward::wrap(net, q, evaluation),
             JacobianMode::ForwardTangent => forward_tangent::wrap(net, q, evaluation),
         }
     }

@@ -1,5 +1,6 @@
 use burn::module::Module;
 use burn::tensor::{Tensor, backend::Backend};
+use burn_autodiff::Autodiff;
 
 use super::Mlp;
 use crate::evaluation::Evaluation;
@@ -50,5 +51,18 @@ impl<B: Backend> WrapNet<B> {
         let points = |tangent: Tensor<B, 2>| tangent.narrow(1, 0, 3);
         let pushed = pushed.into_iter().map(points).collect();
         (Wrapped::split(output), pushed)
+    }
+
+    /// [`WrapNet::forward`], and the points `[K, N, 3]` as a function of K copies `[K, N, 2]` of Q
+    /// on an autodiff layer above `B`, whose gradients `B` tracks
+    /// ([`Evaluation::twofold_above`]).
+    pub fn forward_above(
+        &self,
+        q: Tensor<B, 2>,
+        copies: Tensor<Autodiff<B>, 3>,
+        evaluation: &dyn Evaluation<B>,
+    ) -> (Wrapped<B>, Tensor<Autodiff<B>, 3>) {
+        let (output, above) = evaluation.twofold_above(&self.mlp_1, &self.mlp_2, q, copies);
+        (Wrapped::split(output), above.narrow(2, 0, 3))
     }
 }

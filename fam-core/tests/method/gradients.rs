@@ -7,7 +7,7 @@ use burn::tensor::backend::{AutodiffBackend, Backend};
 use burn::tensor::{ElementConversion, FloatDType, Tensor, TensorData};
 use burn_autodiff::Autodiff;
 use burn_ndarray::NdArray;
-use fam_core::evaluation::Plain;
+use fam_core::evaluation::{Evaluation, Plain, Tiled};
 use fam_core::jacobian::JacobianMode;
 use fam_core::losses::{Flattening, LossWeights, Losses, Objective, conformality_loss};
 use fam_core::neighbors::KdTree;
@@ -254,19 +254,19 @@ fn jacobians_are_those_of_finite_differences() {
     }
 }
 
-/// On other weights and points than those of the reference numbers: values of the Jacobian and
-/// parameter gradients of a loss made of it.
+/// On other weights and points than those of the reference numbers, by plain operations and in
+/// tiles: values of the Jacobian and parameter gradients of a loss made of it.
 #[test]
 fn both_jacobian_modes_agree() {
     let device = Default::default();
     let mut rng = Pcg64::seed_from_u64(4);
     let values: Vec<f32> = (0..600).map(|_| rng.random_range(-1.5..1.5)).collect();
     let config = FlattenAnythingConfig::new().with_width(48).with_latent(12);
-    let evaluate = |mode: JacobianMode| {
+    let evaluate = |mode: JacobianMode, evaluation: &dyn Evaluation<Cpu>| {
         let _turn = turn();
         let net = config.init::<Cpu>(&device, 11).wrap;
         let q = Tensor::<Cpu, 2>::from_data(TensorData::new(values.clone(), [300, 2]), &device);
-        let (_, jacobian) = mode.wrap(&net, q, &Plain);
+        let (_, jacobian) = mode.wrap(&net, q, evaluation);
         let columns = Tensor::cat(vec![jacobian.u.clone(), jacobian.v.clone()], 1);
         let loss = conformality_loss(jacobian).sum();
         let gradients = loss.backward();
@@ -277,10 +277,12 @@ fn both_jacobian_modes_agree() {
         }
         all
     };
-    let double = evaluate(JacobianMode::DoubleBackward);
-    let forward = evaluate(JacobianMode::ForwardTangent);
-    for (a, b) in double.iter().zip(&forward) {
-        assert!(relative_error(a, b) < TOLERANCE);
+    let forward = evaluate(JacobianMode::ForwardTangent, &Plain);
+    for evaluation in [&Plain as &dyn Evaluation<Cpu>, &Tiled::default()] {
+        let double = evaluate(JacobianMode::DoubleBackward, evaluation);
+        for (a, b) in double.iter().zip(&forward) {
+            assert!(relative_error(a, b) < TOLERANCE);
+        }
+        assert_eq!(double.len(), 9);
     }
-    assert_eq!(double.len(), 9);
 }

@@ -142,7 +142,7 @@ impl Job for Measure<'_> {
     }
 }
 
-/// Measures the Jacobians of Wrap-Net on their own where they are differentiated backward, which
+/// Measures Wrap-Net and its Jacobians on their own where they are differentiated backward, which
 /// [`TimedEvaluation`] does not see.
 struct BackwardJacobians<'a, B: AutodiffBackend> {
     mode: JacobianMode,
@@ -174,12 +174,9 @@ impl<'a, B: AutodiffBackend> BackwardJacobians<'a, B> {
         if self.mode == JacobianMode::ForwardTangent {
             return 0.0;
         }
-        let (device, q) = (self.q.device(), || self.q.clone());
-        let both = || self.mode.wrap(self.net, q(), evaluation);
-        let alone = || self.net.forward(q(), evaluation);
-        let (_, both) = seconds::<B, _>(&device, both);
-        let (_, alone) = seconds::<B, _>(&device, alone);
-        self.jacobians * (both - alone)
+        let q = self.q.clone();
+        let wrap = || self.mode.wrap(self.net, q, evaluation);
+        self.jacobians * seconds::<B, _>(&self.q.device(), wrap).1
     }
 }
 

@@ -3,6 +3,7 @@ use std::time::Instant;
 
 use burn::tensor::backend::{AutodiffBackend, Backend};
 use burn::tensor::{Int, Tensor};
+use burn_autodiff::Autodiff;
 use fam_core::evaluation::Evaluation;
 use fam_core::neighbors::NeighborSearch;
 use fam_core::networks::Mlp;
@@ -81,6 +82,17 @@ impl<B: AutodiffBackend> Evaluation<B> for TimedEvaluation<B> {
         let device = x.device();
         let clock = self.clocks.of(&tangents);
         clock.time::<B, _>(&device, || self.inner.twofold(xi_1, xi_2, x, tangents))
+    }
+
+    /// Not timed: it is a part of a Jacobian that is differentiated backward.
+    fn twofold_above(
+        &self,
+        xi_1: &Mlp<B>,
+        xi_2: &Mlp<B>,
+        x: Tensor<B, 2>,
+        copies: Tensor<Autodiff<B>, 3>,
+    ) -> (Tensor<B, 2>, Tensor<Autodiff<B>, 3>) {
+        self.inner.twofold_above(xi_1, xi_2, x, copies)
     }
 }
 
