@@ -48,9 +48,15 @@ pub fn evaluate(arguments: &args::Evaluate, suite: Suite) -> Result<u8, Failure>
     let backend = Backend::choose(arguments.backend)?;
     let names = names(arguments)?;
     let files = files(arguments)?;
-    if let Some(program) = arguments.peers.as_ref().filter(|program| !program.is_file()) {
+    if let Some(program) = arguments
+        .peers
+        .as_ref()
+        .filter(|program| !program.is_file())
+    {
         let program = program.display();
-        return Err(Failure::input(format!("{program}: there is no such program")));
+        return Err(Failure::input(format!(
+            "{program}: there is no such program"
+        )));
     }
     let stop = stop_on_interrupt(arguments.quiet)?;
     let mut run = Run {
@@ -72,7 +78,11 @@ pub fn evaluate(arguments: &args::Evaluate, suite: Suite) -> Result<u8, Failure>
     run.recall();
     let todo = run.todo(&names, &files)?;
     run.all(&todo)?;
-    let called = match arguments.peers.as_deref().filter(|_| !run.runner.is_stopped()) {
+    let called = match arguments
+        .peers
+        .as_deref()
+        .filter(|_| !run.runner.is_stopped())
+    {
         Some(program) => peers::call(program, &run.store),
         None => Ok(()),
     };
@@ -158,7 +168,8 @@ impl Run<'_> {
                     Err(failure) => {
                         print_line(&format!("fam: {name}: {failure}"));
                         let outcome = Outcome::Failed(failure.to_string());
-                        self.records.insert(number, self.record(task, String::new(), outcome));
+                        self.records
+                            .insert(number, self.record(task, String::new(), outcome));
                         None
                     }
                 };
@@ -187,11 +198,21 @@ impl Run<'_> {
     /// Does these tasks.
     fn all(&mut self, todo: &[Todo]) -> Result<(), Failure> {
         let (mut trained, mut training) = (0, Duration::ZERO);
-        for (done, Todo { number, surface, fingerprint }) in todo.iter().enumerate() {
+        for (
+            done,
+            Todo {
+                number,
+                surface,
+                fingerprint,
+            },
+        ) in todo.iter().enumerate()
+        {
             let task = self.tasks[*number];
             if !self.arguments.quiet {
                 let left = todo[done..].iter();
-                let left = left.filter(|t| self.tasks[t.number].trial != Trial::Direct).count();
+                let left = left
+                    .filter(|t| self.tasks[t.number].trial != Trial::Direct)
+                    .count();
                 let left = training.checked_div(trained).map(|each| each * left as u32);
                 print_line(&line(&task, done, todo.len(), left));
             }
@@ -298,7 +319,9 @@ fn check_page(page: &Path) -> Result<(), Failure> {
         Some(extension) if extension == "md" => Ok(()),
         _ => {
             let page = page.display();
-            Err(Failure::input(format!("{page}: the page of a suite is a file NAME.md")))
+            Err(Failure::input(format!(
+                "{page}: the page of a suite is a file NAME.md"
+            )))
         }
     }
 }
@@ -358,7 +381,10 @@ fn files(arguments: &args::Evaluate) -> Result<Vec<PathBuf>, Failure> {
         )));
     }
     if !arguments.quiet {
-        print_line(&format!("models of the paper among the files: {}", used.join(", ")));
+        print_line(&format!(
+            "models of the paper among the files: {}",
+            used.join(", ")
+        ));
     }
     Ok(files)
 }

@@ -45,7 +45,9 @@ pub fn call(program: &Path, store: &Store) -> Result<(), Failure> {
         return Ok(());
     }
     // A name without a folder would be looked for elsewhere.
-    let path = program.canonicalize().map_err(|error| fail(error.to_string()))?;
+    let path = program
+        .canonicalize()
+        .map_err(|error| fail(error.to_string()))?;
     let status = Command::new(path)
         .arg(store.surfaces())
         .arg(store.peers())
@@ -68,9 +70,9 @@ pub fn measured(store: &Store) -> Vec<PeerLayout> {
     let layouts = surfaces.iter().flat_map(|surface| {
         let original = store.surfaces().join(format!("{surface}.obj"));
         let original = fam_io::read_surface(original).ok();
-        peers.iter().filter_map(move |peer| {
-            layout(&store.peers().join(peer), surface, original.as_ref()?)
-        })
+        peers
+            .iter()
+            .filter_map(move |peer| layout(&store.peers().join(peer), surface, original.as_ref()?))
     });
     layouts.collect()
 }

@@ -72,7 +72,10 @@ mod tests {
     /// The table of one's own meshes has the same figures from a file of the user's.
     #[test]
     fn the_file_of_reference_figures_agrees() {
-        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/reference-figures.toml");
+        let file = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../docs/reference-figures.toml"
+        );
         let columns = Reference::read(Path::new(file)).unwrap().columns;
         let paper = &columns[0];
         assert_eq!(paper.title, "conformality, paper");

@@ -132,9 +132,10 @@ impl Runner<'_> {
                 }
                 (layouts, at_new_points(mesh, &raw, &learnt, &new_points))
             }
-            (Surface::PointCloud(cloud), _) => {
-                (self.of_cloud(cloud, loaded, &learnt, noisy.is_some(), places)?, Vec::new())
-            }
+            (Surface::PointCloud(cloud), _) => (
+                self.of_cloud(cloud, loaded, &learnt, noisy.is_some(), places)?,
+                Vec::new(),
+            ),
             (Surface::Mesh(_), None) => return Err(Failure::work("the mesh has no components")),
         };
         // A layout that was broken off is not what the method makes.
@@ -289,9 +290,14 @@ fn at_new_points(
     learnt: &Learnt,
     new_points: &[NewPoints],
 ) -> Vec<Unseen> {
-    let one = learnt.components.as_ref().is_some_and(|components| components.list.len() == 1);
+    let one = learnt
+        .components
+        .as_ref()
+        .is_some_and(|components| components.list.len() == 1);
     let measured = new_points.iter().zip(&learnt.others).filter(|_| one);
-    measured.filter_map(|(new, uvs)| new.measure(mesh, raw, &learnt.seams.edges, uvs)).collect()
+    measured
+        .filter_map(|(new, uvs)| new.measure(mesh, raw, &learnt.seams.edges, uvs))
+        .collect()
 }
 
 fn draw(path: &Path, surface: Flattened, seams: &Seams) -> Result<(), Failure> {

@@ -77,7 +77,8 @@ impl NewPoints {
             let map = UvMap::new(uvs.to_vec(), found.mesh.triangles().to_vec()).ok()?;
             Some(Metrics::measure(&found.mesh, &map).ok()?.conformality)
         };
-        let interpolated: Vec<[f32; 2]> = self.points.iter().map(|p| interpolated(own, p)).collect();
+        let interpolated: Vec<[f32; 2]> =
+            self.points.iter().map(|p| interpolated(own, p)).collect();
         let torn: BTreeSet<[u32; 2]> = torn.iter().map(|&edge| sorted(edge)).collect();
         let is_torn = |t: usize| {
             let [a, b, c] = mesh.triangles()[t];
@@ -109,7 +110,9 @@ fn interpolated(map: &UvMap, point: &SurfacePoint) -> [f32; 2] {
     let corners = map.corners(point.triangle);
     [0, 1].map(|axis| {
         let corners = corners.iter().zip(point.weights);
-        corners.map(|(uv, weight)| weight * f64::from(uv[axis])).sum::<f64>() as f32
+        corners
+            .map(|(uv, weight)| weight * f64::from(uv[axis]))
+            .sum::<f64>() as f32
     })
 }
 

@@ -107,7 +107,8 @@ fn verdict(
         let figure = |surface: &SuiteSurface, trial: &str| {
             page.metric(surface.name, (trial, LayoutKind::Raw), metric)
         };
-        let pair = |surface: &&SuiteSurface| Some((figure(surface, &whole)?, figure(surface, &part)?));
+        let pair =
+            |surface: &&SuiteSurface| Some((figure(surface, &whole)?, figure(surface, &part)?));
         surfaces.iter().filter_map(pair).collect()
     };
     let ratio = |pairs: &[(Spread, Spread)]| median(pairs.iter().map(|(a, b)| b.mean / a.mean));

@@ -113,7 +113,13 @@ fn own(page: &Page, surface: &str, trial: &str, kind: LayoutKind) -> Option<[f64
 pub fn section(page: &Page) -> String {
     let mut all: Vec<(String, Vec<[f64; COLUMNS.len()]>)> = Vec::new();
     let titles = COLUMNS.iter().map(|column| column.title);
-    let mut each = Table::new(["model", "layout"].into_iter().chain(titles.clone()).chain(["run"]), 2);
+    let mut each = Table::new(
+        ["model", "layout"]
+            .into_iter()
+            .chain(titles.clone())
+            .chain(["run"]),
+        2,
+    );
     for surface in page.tried() {
         for (label, figures) in layouts(page, surface.name) {
             let cells = COLUMNS

@@ -85,7 +85,10 @@ impl Page<'_> {
              need not be the same files. Empty cells were not run.\n\n",
             self.suite
         );
-        let presets = self.records.iter().filter_map(|r| r.circumstances.preset.as_deref());
+        let presets = self
+            .records
+            .iter()
+            .filter_map(|r| r.circumstances.preset.as_deref());
         if presets.into_iter().any(|preset| preset.starts_with("fast")) {
             text.push_str(
                 "The preset `fast` is not the training of the paper, which is `--preset paper`: 10,000 \
@@ -109,7 +112,9 @@ impl Page<'_> {
         text.push_str(&table.to_string());
         let versions = |peer: &str| {
             let mut layouts = self.peers.iter().filter(|layout| layout.peer == peer);
-            layouts.find_map(|layout| layout.told.version.clone()).unwrap_or_default()
+            layouts
+                .find_map(|layout| layout.told.version.clone())
+                .unwrap_or_default()
         };
         let peers: Vec<String> = self
             .peer_names()

@@ -25,7 +25,9 @@ pub fn section(page: &Page) -> String {
     let (whole, kind) = raw();
     for surface in page.tried() {
         let mean = |version: &str, value: fn(&Unseen) -> f64| {
-            let all = page.measured(surface.name, &whole).flat_map(|measured| &measured.unseen);
+            let all = page
+                .measured(surface.name, &whole)
+                .flat_map(|measured| &measured.unseen);
             let own = all.filter(|unseen| unseen.version == version);
             Spread::of(own.map(value)).map(|spread| spread.mean)
         };

@@ -35,7 +35,9 @@ fn drawn(page: &Page, surface: &SuiteSurface) -> Vec<(Trial, String)> {
             Trial::Trained(Variant::Without(Ablation::UnwrapBranch), _) => {
                 format!("{of}, without 3D→2D→3D")
             }
-            Trial::Trained(Variant::Without(Ablation::CutNet), _) => format!("{of}, without Cut-Net"),
+            Trial::Trained(Variant::Without(Ablation::CutNet), _) => {
+                format!("{of}, without Cut-Net")
+            }
             Trial::Trained(Variant::Noise(percent), _) => format!("{of}, {percent} % of noise"),
             _ => of,
         }

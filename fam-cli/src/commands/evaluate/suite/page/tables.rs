@@ -41,8 +41,13 @@ fn peer_cell(page: &Page, peer: &str, surface: &str) -> String {
 }
 
 fn triangles(page: &Page, surface: &str) -> String {
-    let tried = page.records.iter().filter(|record| record.surface == surface);
-    let layouts = tried.filter_map(|record| record.measured()).flat_map(|m| &m.layouts);
+    let tried = page
+        .records
+        .iter()
+        .filter(|record| record.surface == surface);
+    let layouts = tried
+        .filter_map(|record| record.measured())
+        .flat_map(|m| &m.layouts);
     let mut counts = layouts.map(|layout| layout.metrics.triangles);
     counts
         .next()
@@ -155,7 +160,15 @@ pub fn self_intersection(page: &Page) -> String {
         percent(figures.collect())
     };
     let printed = &PRINTED.self_intersection;
-    let titles = ["models", "raw map", "finished", "direct", "SLIM", "FAM, printed", "SLIM, printed"];
+    let titles = [
+        "models",
+        "raw map",
+        "finished",
+        "direct",
+        "SLIM",
+        "FAM, printed",
+        "SLIM, printed",
+    ];
     let mut table = Table::new(titles, 1);
     let open = (printed.fam_open, Some(printed.slim_open));
     for (title, kind, (fam, slim)) in [
@@ -200,11 +213,15 @@ pub fn time(page: &Page) -> String {
     for surface in page.tried() {
         let name = surface.name;
         let took = |(trial, kind): (String, LayoutKind)| {
-            let layouts = page.measured(name, &trial).flat_map(|measured| &measured.layouts);
+            let layouts = page
+                .measured(name, &trial)
+                .flat_map(|measured| &measured.layouts);
             Spread::of(layouts.filter(|l| l.kind == kind).filter_map(|l| l.seconds))
         };
         let (whole, _) = raw();
-        let training = page.measured(name, &whole).filter_map(|m| m.training_seconds);
+        let training = page
+            .measured(name, &whole)
+            .filter_map(|m| m.training_seconds);
         let mut row = vec![title(surface), seconds(Spread::of(training))];
         row.extend([seconds(took(finished())), seconds(took(direct()))]);
         row.extend(peers.iter().map(|peer| match page.peer(peer, name) {

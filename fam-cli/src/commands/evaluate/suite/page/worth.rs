@@ -13,12 +13,20 @@ const SAME: f64 = 0.005;
 
 /// The section.
 pub fn section(page: &Page) -> String {
-    let parts = [on_meshes(page), on_clouds(page), on_broken(page), at_new_points(page)];
+    let parts = [
+        on_meshes(page),
+        on_clouds(page),
+        on_broken(page),
+        at_new_points(page),
+    ];
     let mut text = String::from("## What the networks are worth\n");
     for part in parts.iter().flatten() {
         text.push_str(&format!("\n- {part}"));
     }
-    for (kind, generated) in [("public models of the same name", false), ("generated stand-ins", true)] {
+    for (kind, generated) in [
+        ("public models of the same name", false),
+        ("generated stand-ins", true),
+    ] {
         if let Some(sentence) = beside_printed(page, kind, generated) {
             text.push_str(&format!("\n\n{sentence}"));
         }
@@ -54,10 +62,14 @@ fn on_meshes(page: &Page) -> Option<String> {
     let shorter = ratios.iter().filter(|ratio| **ratio < 1.0 - SAME).count();
     let longer = ratios.iter().filter(|ratio| **ratio > 1.0 + SAME).count();
     let (whole, _) = raw();
-    let trained = meshes.iter().flat_map(|surface| page.measured(surface.name, &whole));
+    let trained = meshes
+        .iter()
+        .flat_map(|surface| page.measured(surface.name, &whole));
     let training = median(trained.filter_map(|measured| measured.training_seconds))?;
     let (trial, _) = direct();
-    let laid_out = meshes.iter().flat_map(|surface| page.measured(surface.name, &trial));
+    let laid_out = meshes
+        .iter()
+        .flat_map(|surface| page.measured(surface.name, &trial));
     let layouts = laid_out.flat_map(|measured| &measured.layouts);
     let seconds = median(layouts.filter_map(|layout| layout.seconds))?;
     let advice = match ratio < 0.95 {
@@ -103,10 +115,15 @@ fn on_broken(page: &Page) -> Option<String> {
 fn at_new_points(page: &Page) -> Option<String> {
     let (whole, _) = raw();
     let all = |version: &'static str| {
-        let measured = page.tried().flat_map(|surface| page.measured(surface.name, &whole));
-        measured.flat_map(|m| &m.unseen).filter(move |unseen| unseen.version == version)
+        let measured = page
+            .tried()
+            .flat_map(|surface| page.measured(surface.name, &whole));
+        measured
+            .flat_map(|m| &m.unseen)
+            .filter(move |unseen| unseen.version == version)
     };
-    let ratio = |version| median(all(version).map(|unseen| unseen.conformality / unseen.interpolated));
+    let ratio =
+        |version| median(all(version).map(|unseen| unseen.conformality / unseen.interpolated));
     let distance = median(all("remeshed").map(|unseen| 100.0 * unseen.mean_distance))?;
     let (remeshed, decimated) = (ratio("remeshed")?, ratio("decimated")?);
     Some(format!(
@@ -120,7 +137,9 @@ fn at_new_points(page: &Page) -> Option<String> {
 
 /// How raw maps compare with the figures that the paper prints; none if there are none of this kind.
 fn beside_printed(page: &Page, kind: &str, generated: bool) -> Option<String> {
-    let surfaces = page.tried().filter(|surface| surface.is_generated() == generated);
+    let surfaces = page
+        .tried()
+        .filter(|surface| surface.is_generated() == generated);
     let figures: Vec<(&str, f64, f64)> = surfaces
         .filter_map(|surface| {
             let own = mean(page, surface, raw(), conformality)?;
