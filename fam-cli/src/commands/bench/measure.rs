@@ -1,5 +1,6 @@
 use std::sync::Arc;
 
+use burn::module::Module;
 use burn::tensor::backend::{AutodiffBackend, Backend};
 use burn::tensor::{Distribution, Tensor, TensorData};
 use fam_core::cycles::lattice;
@@ -144,18 +145,20 @@ impl Job for Measure<'_> {
 
 /// Measures Wrap-Net and its Jacobians on their own where they are differentiated backward, which
 /// [`TimedEvaluation`] does not see.
-struct BackwardJacobians<'a, B: AutodiffBackend> {
+struct BackwardJacobians<B: AutodiffBackend> {
     mode: JacobianMode,
     /// How many there are.
     jacobians: f64,
-    net: &'a WrapNet<B>,
+    /// Without gradients: a graph that nothing differentiates would be kept beside that of the next
+    /// step.
+    net: WrapNet<B>,
     q: Tensor<B, 2>,
 }
 
-impl<'a, B: AutodiffBackend> BackwardJacobians<'a, B> {
+impl<B: AutodiffBackend> BackwardJacobians<B> {
     fn new(
         config: &TrainingConfig,
-        model: &'a FlattenAnything<B>,
+        model: &FlattenAnything<B>,
         points: usize,
         device: &B::Device,
     ) -> Self {
@@ -164,7 +167,7 @@ impl<'a, B: AutodiffBackend> BackwardJacobians<'a, B> {
         Self {
             mode: config.jacobian,
             jacobians: jacobians(config.objective),
-            net: &model.wrap,
+            net: model.wrap.clone().no_grad(),
             q: Tensor::from_data(TensorData::new(q.into_flattened(), shape), device),
         }
     }
@@ -175,7 +178,7 @@ impl<'a, B: AutodiffBackend> BackwardJacobians<'a, B> {
             return 0.0;
         }
         let q = self.q.clone();
-        let wrap = || self.mode.wrap(self.net, q, evaluation);
+        let wrap = || self.mode.wrap(&self.net, q, evaluation);
         self.jacobians * seconds::<B, _>(&self.q.device(), wrap).1
     }
 }
