@@ -41,8 +41,8 @@ fn raw(json: &Value, surface: &str, trial: &str, metric: &str) -> f64 {
     layout["metrics"][metric].as_f64().unwrap()
 }
 
-/// What must not get worse. Half as much again as measured; with other seeds the figures differ by a
-/// fifth.
+/// What must not get worse. Bounds are one and a half times to twice what was measured; with other seeds, and
+/// processors that round in another order, figures differ by a fifth.
 #[test]
 fn maps_are_as_good_as_they_were() {
     let folder = tempfile::tempdir().unwrap();
@@ -50,11 +50,11 @@ fn maps_are_as_good_as_they_were() {
     succeeds(folder.path(), &suite("quick", "250", only));
     let json = read_json(folder.path());
     for (surface, trial, bound) in [
-        ("hemisphere", "whole", BOUNDS[0]),
-        ("mobius-strip", "whole", BOUNDS[1]),
-        ("torus-double", "whole", BOUNDS[2]),
-        ("cloth-pts", "whole", BOUNDS[3]),
-        ("cloth-pts", "noise-2", BOUNDS[4]),
+        ("hemisphere", "whole", 0.03),
+        ("mobius-strip", "whole", 0.03),
+        ("torus-double", "whole", 0.29),
+        ("cloth-pts", "whole", 0.06),
+        ("cloth-pts", "noise-2", 0.3),
     ] {
         let conformality = raw(&json, surface, trial, "conformality");
         assert!(conformality < bound, "{surface} {trial}: {conformality}");
@@ -93,8 +93,6 @@ fn maps_are_as_good_as_they_were() {
     }
 }
 
-const BOUNDS: [f64; 5] = [0.0; 5];
-
 #[test]
 fn what_is_done_is_not_done_again() {
     let folder = tempfile::tempdir().unwrap();
@@ -118,8 +116,11 @@ fn what_is_done_is_not_done_again() {
         row.unwrap_or_else(|| panic!("{name} is missing"))
             .to_string()
     };
-    let hemisphere = row("| hemisphere");
-    assert!(!hemisphere.contains("|  |  |  |  |"), "{hemisphere}");
+    for name in ["| hemisphere", "| mobius-strip"] {
+        let row = row(name);
+        let raw_map = row.split('|').nth(3).unwrap().trim();
+        assert!(raw_map.parse::<f64>().is_ok(), "{row}");
+    }
 
     // Another training is another trial; the direct layout stays.
     let other = run("3", "hemisphere");
