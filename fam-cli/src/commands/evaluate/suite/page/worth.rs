@@ -65,13 +65,20 @@ fn on_meshes(page: &Page) -> Option<String> {
     let trained = meshes
         .iter()
         .flat_map(|surface| page.measured(surface.name, &whole));
-    let training = median(trained.filter_map(|measured| measured.training_seconds))?;
+    let training = median(trained.filter_map(|measured| measured.training_seconds));
     let (trial, _) = direct();
     let laid_out = meshes
         .iter()
         .flat_map(|surface| page.measured(surface.name, &trial));
     let layouts = laid_out.flat_map(|measured| &measured.layouts);
-    let seconds = median(layouts.filter_map(|layout| layout.seconds))?;
+    let seconds = median(layouts.filter_map(|layout| layout.seconds));
+    let times = training
+        .zip(seconds)
+        .map_or(String::new(), |(training, seconds)| {
+            format!(
+                " Training takes {training:.0} s in the median, the direct layout {seconds:.1} s."
+            )
+        });
     let advice = match ratio < 0.95 {
         true => "The map pays where seams must be short.",
         false => "So the default for meshes is the direct layout.",
@@ -80,8 +87,7 @@ fn on_meshes(page: &Page) -> Option<String> {
         "**On meshes**: the layout that the map leads to has {ratio:.2} times the seam length of the direct \
          one in the median. Of {} models that need a cut it is shorter on {shorter} and longer on {longer}, \
          and the same on the others: on meshes of 5,000 triangles or more, the map leads one of four searches, \
-         of which the best counts. Training takes {training:.0} s in the median, the direct layout \
-         {seconds:.1} s. {advice}",
+         of which the best counts.{times} {advice}",
         ratios.len()
     ))
 }
