@@ -9,6 +9,9 @@ use super::tables::{conformality, self_intersection_of};
 use super::{Page, cell, title};
 use fam_surface::metrics::Metrics;
 
+/// A figure of a map.
+type Metric = fn(&Metrics) -> f64;
+
 /// Clouds with noise.
 pub fn noise(page: &Page) -> String {
     let titles = ["none", "1 %", "2 %", "4 %"];
@@ -41,7 +44,7 @@ pub fn ablations(page: &Page) -> String {
          and without Cut-Net.\n",
     );
     // A map without area overlaps nothing, and one that squeezes an area keeps angles elsewhere.
-    let metrics: [(&str, fn(&Metrics) -> f64); 5] = [
+    let metrics: [(&str, Metric); 5] = [
         ("Conformality", conformality),
         ("Area distortion", |metrics| metrics.area_distortion),
         ("Self-intersection, in percent", self_intersection_of),
@@ -68,7 +71,7 @@ fn variants(
     page: &Page,
     surfaces: &[&SuiteSurface],
     variants: &[(&str, Variant)],
-    metric: fn(&Metrics) -> f64,
+    metric: Metric,
 ) -> Table {
     let titles = variants.iter().map(|(title, _)| *title);
     let mut table = Table::new(["model"].into_iter().chain(titles).chain(["run"]), 1);
@@ -103,7 +106,7 @@ fn verdict(
     variant: Variant,
 ) -> Option<String> {
     let (whole, part) = (Variant::Whole.name(), variant.name());
-    let pairs = |metric: fn(&Metrics) -> f64| -> Vec<(Spread, Spread)> {
+    let pairs = |metric: Metric| -> Vec<(Spread, Spread)> {
         let figure = |surface: &SuiteSurface, trial: &str| {
             page.metric(surface.name, (trial, LayoutKind::Raw), metric)
         };

@@ -7,6 +7,9 @@ use super::spread::{Spread, median};
 use super::{Page, direct, finished, raw, title};
 use fam_surface::metrics::Metrics;
 
+/// A figure for each column.
+type Figures = [f64; COLUMNS.len()];
+
 /// A column of the tables.
 struct Column {
     title: &'static str,
@@ -77,7 +80,7 @@ impl Column {
 }
 
 /// The layouts of a surface, each with its metrics in the mean over the seeds: the cells' figures.
-fn layouts(page: &Page, surface: &str) -> Vec<(String, [f64; COLUMNS.len()])> {
+fn layouts(page: &Page, surface: &str) -> Vec<(String, Figures)> {
     let ours = [
         ("raw map", raw()),
         ("finished", finished()),
@@ -98,7 +101,7 @@ fn layouts(page: &Page, surface: &str) -> Vec<(String, [f64; COLUMNS.len()])> {
     ours.chain(peers).collect()
 }
 
-fn own(page: &Page, surface: &str, trial: &str, kind: LayoutKind) -> Option<[f64; COLUMNS.len()]> {
+fn own(page: &Page, surface: &str, trial: &str, kind: LayoutKind) -> Option<Figures> {
     let mut figures = [0.0; COLUMNS.len()];
     for (figure, column) in figures.iter_mut().zip(&COLUMNS) {
         let metrics = page
@@ -111,7 +114,7 @@ fn own(page: &Page, surface: &str, trial: &str, kind: LayoutKind) -> Option<[f64
 
 /// The medians of each way to lay out, and all figures of each surface.
 pub fn section(page: &Page) -> String {
-    let mut all: Vec<(String, Vec<[f64; COLUMNS.len()]>)> = Vec::new();
+    let mut all: Vec<(String, Vec<Figures>)> = Vec::new();
     let titles = COLUMNS.iter().map(|column| column.title);
     let mut each = Table::new(
         ["model", "layout"]
