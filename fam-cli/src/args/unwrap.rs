@@ -133,9 +133,9 @@ pub struct Unwrap {
 
     /// About how long a file may take: `30s`, `2m`. Seams are no longer shortened when it is over
     ///
-    /// Training is planned for it: some steps are measured first. If there is time for more than
-    /// those of the preset `fast`, its networks and points grow from its own (others stay as they
-    /// are); then the number of iterations is chosen. config.toml has all of it, and gives the same
+    /// Training is planned for it: some steps are measured first, then the number of iterations is
+    /// chosen. Where the most iterations of the preset `fast` leave time, its networks and points grow
+    /// (others stay as they are). config.toml has all of it, and gives the same
     /// raw map again. Training takes at least 50 iterations, and the paper's 10,000 at most; where
     /// several starts would leave fewer than 200, there is a single one.
     #[arg(long, value_name = "TIME", value_parser = crate::time::duration, conflicts_with = "iterations")]

@@ -141,6 +141,19 @@ mod tests {
     use rand::SeedableRng;
     use rand_pcg::Pcg64;
 
+    #[test]
+    fn points_lie_where_their_weights_say() {
+        let mesh = shapes::torus(2.0, 0.5, 40, 20);
+        let points = poisson_disk(&mesh, 300, &mut Pcg64::seed_from_u64(4)).unwrap();
+        for point in points {
+            let [a, b, c] = mesh.corners(point.triangle);
+            let [u, v, w] = point.weights;
+            assert!(u.min(v).min(w) > -1e-12 && (u + v + w - 1.0).abs() < 1e-12);
+            let place = add(add(scale(a, u), scale(b, v)), scale(c, w));
+            assert!(length(sub(place, point.position)) < 1e-12, "{point:?}");
+        }
+    }
+
     fn spacings(points: &[SurfacePoint]) -> Vec<f64> {
         let nearest = |i: usize| {
             (0..points.len())

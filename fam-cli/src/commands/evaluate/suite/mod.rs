@@ -35,7 +35,7 @@ use page::Page;
 use plan::{Task, Trial};
 use record::{Circumstances, Outcome, Record, Store, fingerprint};
 use surfaces::{Loaded, SuiteSurface};
-use trial::{Places, Runner};
+use trial::{Files, Runner};
 
 /// The page where the user names none.
 const PAGE: &str = "evaluation.md";
@@ -76,8 +76,8 @@ pub fn evaluate(arguments: &args::Evaluate, suite: Suite) -> Result<u8, Failure>
         peers: Vec::new(),
     };
     run.recall();
-    let todo = run.todo(&names, &files)?;
-    run.all(&todo)?;
+    let pending = run.pending(&names, &files)?;
+    run.all(&pending)?;
     let called = match arguments
         .peers
         .as_deref()
@@ -125,7 +125,7 @@ struct Run<'a> {
 }
 
 /// A task that has no record yet.
-struct Todo {
+struct Pending {
     /// Its place in the list.
     number: usize,
     surface: Rc<Loaded>,
@@ -154,9 +154,9 @@ impl Run<'_> {
     }
 
     /// The tasks on the surfaces of these names (all if there are none) that are to be done.
-    fn todo(&mut self, names: &[&str], files: &[PathBuf]) -> Result<Vec<Todo>, Failure> {
+    fn pending(&mut self, names: &[&str], files: &[PathBuf]) -> Result<Vec<Pending>, Failure> {
         let mut loaded: BTreeMap<&str, Option<Rc<Loaded>>> = BTreeMap::new();
-        let mut todo = Vec::new();
+        let mut pending = Vec::new();
         for (number, task) in self.tasks.clone().iter().enumerate() {
             let name = task.surface.name;
             if !names.is_empty() && !names.contains(&name) {
@@ -185,39 +185,31 @@ impl Run<'_> {
             let known = self.records.get(&number);
             if known.is_none_or(|record| record.fingerprint != fingerprint) {
                 self.records.remove(&number);
-                todo.push(Todo {
+                pending.push(Pending {
                     number,
                     surface,
                     fingerprint,
                 });
             }
         }
-        Ok(todo)
+        Ok(pending)
     }
 
     /// Does these tasks.
-    fn all(&mut self, todo: &[Todo]) -> Result<(), Failure> {
+    fn all(&mut self, pending: &[Pending]) -> Result<(), Failure> {
         let (mut trained, mut training) = (0, Duration::ZERO);
-        for (
-            done,
-            Todo {
-                number,
-                surface,
-                fingerprint,
-            },
-        ) in todo.iter().enumerate()
-        {
-            let task = self.tasks[*number];
+        for (done, next) in pending.iter().enumerate() {
+            let task = self.tasks[next.number];
             if !self.arguments.quiet {
-                let left = todo[done..].iter();
+                let left = pending[done..].iter();
                 let left = left
                     .filter(|t| self.tasks[t.number].trial != Trial::Direct)
                     .count();
                 let left = training.checked_div(trained).map(|each| each * left as u32);
-                print_line(&line(&task, done, todo.len(), left));
+                print_line(&line(&task, done, pending.len(), left));
             }
             let started = Instant::now();
-            let outcome = match self.outcome(&task, surface, fingerprint) {
+            let outcome = match self.outcome(&task, &next.surface, &next.fingerprint) {
                 Ok(Some(outcome)) => outcome,
                 // The user broke it off.
                 Ok(None) => break,
@@ -230,12 +222,12 @@ impl Run<'_> {
                 trained += 1;
                 training += started.elapsed();
             }
-            let record = self.record(&task, fingerprint.clone(), outcome);
+            let record = self.record(&task, next.fingerprint.clone(), outcome);
             // What failed is tried again by the next run.
             if record.measured().is_some() {
                 self.store.keep(task.surface.name, task.trial, &record)?;
             }
-            self.records.insert(*number, record);
+            self.records.insert(next.number, record);
             self.write()?;
         }
         Ok(())
@@ -255,12 +247,12 @@ impl Run<'_> {
             self.hand_over(task.surface, surface, &direct.uvs)?;
             return Ok(Some(Outcome::Done(direct.measured)));
         };
-        let places = Places {
+        let files = Files {
             picture: &self.store.picture(name, task.trial),
             checkpoint: &self.store.checkpoint(name, task.trial),
         };
         let runner = &self.runner;
-        let measured = runner.trained(surface, task.trial, &config, fingerprint, &places)?;
+        let measured = runner.trained(surface, task.trial, &config, fingerprint, &files)?;
         Ok(measured.map(Outcome::Done))
     }
 

@@ -17,13 +17,13 @@ pub struct PeerLayout {
     pub peer: String,
     pub surface: String,
     #[serde(flatten)]
-    pub told: Told,
+    pub report: PeerReport,
     pub metrics: Option<Metrics>,
 }
 
-/// What the program that called the tool tells of a layout.
+/// What the program that called the tool reports of a layout.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Told {
+pub struct PeerReport {
     /// Seconds of laying out.
     #[serde(default)]
     pub seconds: Option<f64>,
@@ -90,18 +90,18 @@ fn names(folder: &Path) -> Vec<String> {
 /// surface.
 fn layout(folder: &Path, surface: &str, original: &Document) -> Option<PeerLayout> {
     let text = std::fs::read(folder.join(format!("{surface}.json"))).ok()?;
-    let mut told: Told = serde_json::from_slice(&text).ok()?;
+    let mut report: PeerReport = serde_json::from_slice(&text).ok()?;
     let mut measured = None;
-    if told.reason.is_none() {
+    if report.reason.is_none() {
         match metrics(&folder.join(format!("{surface}.obj")), original) {
             Ok(metrics) => measured = Some(metrics?),
-            Err(reason) => told.reason = Some(reason),
+            Err(reason) => report.reason = Some(reason),
         }
     }
     Some(PeerLayout {
         peer: folder.file_name()?.to_string_lossy().into_owned(),
         surface: surface.to_string(),
-        told,
+        report,
         metrics: measured,
     })
 }

@@ -40,8 +40,8 @@ pub struct Runner<'a> {
     pub stop: &'a AtomicBool,
 }
 
-/// Where a trial leaves what is no figure.
-pub struct Places<'a> {
+/// The files that a trial writes beside its record.
+pub struct Files<'a> {
     pub picture: &'a Path,
     pub checkpoint: &'a Path,
 }
@@ -98,7 +98,7 @@ impl Runner<'_> {
         trial: Trial,
         config: &TrainingConfig,
         fingerprint: &str,
-        places: &Places,
+        files: &Files,
     ) -> Result<Option<Measured>, Failure> {
         let Trial::Trained(variant, seed) = trial else {
             return Err(Failure::work("a direct layout is no training"));
@@ -118,14 +118,14 @@ impl Runner<'_> {
         if noisy.is_some() {
             others.push(loaded.surface.positions().to_vec());
         }
-        let learnt = self.learn(surface, config, &others, fingerprint, places)?;
+        let learnt = self.learn(surface, config, &others, fingerprint, files)?;
         if self.is_stopped() {
             return Ok(None);
         }
         let (layouts, unseen) = match (surface, &learnt.components) {
             (Surface::Mesh(mesh), Some(components)) => {
                 let raw = raw_map(components, &learnt.uvs)?;
-                draw(places.picture, Flattened::Mesh(mesh, &raw), &learnt.seams)?;
+                draw(files.picture, Flattened::Mesh(mesh, &raw), &learnt.seams)?;
                 let mut layouts = vec![raw_layout(mesh, &raw)?];
                 if variant == Variant::Whole {
                     layouts.push(self.finished(mesh, components, &learnt.uvs)?);
@@ -133,7 +133,7 @@ impl Runner<'_> {
                 (layouts, at_new_points(mesh, &raw, &learnt, &new_points))
             }
             (Surface::PointCloud(cloud), _) => (
-                self.of_cloud(cloud, loaded, &learnt, noisy.is_some(), places)?,
+                self.of_cloud(cloud, loaded, &learnt, noisy.is_some(), files)?,
                 Vec::new(),
             ),
             (Surface::Mesh(_), None) => return Err(Failure::work("the mesh has no components")),
@@ -142,7 +142,7 @@ impl Runner<'_> {
         if self.is_stopped() {
             return Ok(None);
         }
-        checkpoints::remove(places.checkpoint);
+        checkpoints::remove(files.checkpoint);
         Ok(Some(Measured {
             training_seconds: learnt.seconds,
             layouts,
@@ -157,11 +157,11 @@ impl Runner<'_> {
         loaded: &Loaded,
         learnt: &Learnt,
         is_noisy: bool,
-        places: &Places,
+        files: &Files,
     ) -> Result<Vec<Layout>, Failure> {
         let no_uvs = || Failure::work("there are no UVs");
         let uvs = learnt.uvs.first().ok_or_else(no_uvs)?;
-        draw(places.picture, Flattened::Cloud(cloud, uvs), &learnt.seams)?;
+        draw(files.picture, Flattened::Cloud(cloud, uvs), &learnt.seams)?;
         let mesh = &loaded.mesh;
         // Noise moves points by more than they are apart, so that no map of them keeps the angles
         // between them. What a map learnt of the surface shows where the points were.
@@ -180,14 +180,14 @@ impl Runner<'_> {
         config: &TrainingConfig,
         others: &[Vec<[f64; 3]>],
         fingerprint: &str,
-        places: &Places,
+        files: &Files,
     ) -> Result<Learnt, Failure> {
         let label = Label {
             input: fingerprint.to_string(),
             options: self.backend.name().to_string(),
         };
         let writing = Arc::new(Mutex::new(()));
-        let file = places.checkpoint.to_owned();
+        let file = files.checkpoint.to_owned();
         let mut checkpoints = Checkpoints::new(file, label, CHECKPOINT_EVERY, writing);
         // One of another training is of no use.
         let resume = checkpoints.found().unwrap_or(None);
@@ -282,7 +282,7 @@ fn of_points(mesh: &TriangleMesh, uvs: Vec<[f32; 2]>) -> Result<UvMap, Failure> 
     UvMap::new(uvs, mesh.triangles().to_vec()).map_err(Failure::work)
 }
 
-/// The map at new points. None where a mesh has several components: new points do not tell which of
+/// The map at new points. Empty where a mesh has several components: new points do not tell which of
 /// their maps they belong to.
 fn at_new_points(
     mesh: &TriangleMesh,

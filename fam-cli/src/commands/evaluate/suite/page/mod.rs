@@ -113,7 +113,7 @@ impl Page<'_> {
         let versions = |peer: &str| {
             let mut layouts = self.peers.iter().filter(|layout| layout.peer == peer);
             layouts
-                .find_map(|layout| layout.told.version.clone())
+                .find_map(|layout| layout.report.version.clone())
                 .unwrap_or_default()
         };
         let peers: Vec<String> = self

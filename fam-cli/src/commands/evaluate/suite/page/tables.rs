@@ -33,10 +33,10 @@ fn peer_cell(page: &Page, peer: &str, surface: &str) -> String {
     };
     match &layout.metrics {
         Some(metrics) => {
-            let cut = if layout.told.cut { " †" } else { "" };
+            let cut = if layout.report.cut { " †" } else { "" };
             format!("{:.3}{cut}", metrics.conformality)
         }
-        None => layout.told.reason.clone().unwrap_or_default(),
+        None => layout.report.reason.clone().unwrap_or_default(),
     }
 }
 
@@ -225,9 +225,9 @@ pub fn time(page: &Page) -> String {
         let mut row = vec![title(surface), seconds(Spread::of(training))];
         row.extend([seconds(took(finished())), seconds(took(direct()))]);
         row.extend(peers.iter().map(|peer| match page.peer(peer, name) {
-            Some(layout) => match &layout.told.reason {
+            Some(layout) => match &layout.report.reason {
                 Some(reason) => reason.clone(),
-                None => seconds(Spread::of(layout.told.seconds)),
+                None => seconds(Spread::of(layout.report.seconds)),
             },
             None => String::new(),
         }));
