@@ -117,12 +117,15 @@ fn verdict(
     let ratio = |pairs: &[(Spread, Spread)]| median(pairs.iter().map(|(a, b)| b.mean / a.mean));
     let angles = pairs(conformality);
     let conformality = ratio(&angles)?;
-    let area = ratio(&pairs(|metrics| metrics.area_distortion))?;
+    let area = match ratio(&pairs(|metrics| metrics.area_distortion))? {
+        finite if finite.is_finite() => format!("{finite:.2} times the area distortion"),
+        _ => "infinitely many times the area distortion".to_string(),
+    };
     let worse = angles.iter().filter(|(a, b)| b.low > a.high).count();
     let better = angles.iter().filter(|(a, b)| b.high < a.low).count();
     Some(format!(
-        "\n- *{title}*: {conformality:.2} times the conformality and {area:.2} times the area distortion of \
-         the whole method (medians; models: {}). Conformality is worse with every seed on {worse} and better \
+        "\n- *{title}*: {conformality:.2} times the conformality and {area} of the \
+         whole method (medians; models: {}). Conformality is worse with every seed on {worse} and better \
          with every seed on {better}.",
         angles.len()
     ))

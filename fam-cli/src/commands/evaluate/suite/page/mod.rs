@@ -100,13 +100,16 @@ impl Page<'_> {
         let mut table = markdown::Table::new(titles, 5);
         for (key, circumstances) in self.keys() {
             let commit = circumstances.commit.clone();
-            let trained = circumstances.preset.clone();
+            let (preset, backend) = match &circumstances.preset {
+                Some(preset) => (preset.clone(), circumstances.backend.clone()),
+                None => ("direct layouts".to_string(), String::new()),
+            };
             table.push(vec![
                 key,
                 circumstances.machine.clone(),
                 commit.unwrap_or_else(|| format!("version {}", circumstances.version)),
-                trained.unwrap_or_else(|| "direct layouts".to_string()),
-                circumstances.backend.clone(),
+                preset,
+                backend,
             ]);
         }
         text.push_str(&table.to_string());
