@@ -238,15 +238,10 @@ fn summed<T: Sync>(
     parts.for_each(|(i, part)| {
         let first = i * SUMMED_AT_ONCE;
         for other in &others {
-            add(part, &other[first..first + part.len()]);
+            add_rows(part, &other[first..first + part.len()]);
         }
     });
     (total, results.concat())
-}
-
-/// Adds values to as many others.
-fn add(to: &mut [f32], values: &[f32]) {
-    Arch::new().dispatch(|| to.iter_mut().zip(values).for_each(|(a, b)| *a += b));
 }
 
 /// The rows of a tile out of stacked rows: its points', then those of each tangent.
@@ -331,7 +326,7 @@ fn add_bias(rows: &mut [f32], width: usize, bias: &[f32]) {
     });
 }
 
-/// Adds rows to a sum of rows.
+/// Adds rows to a sum of rows, which is as wide.
 fn add_rows(sum: &mut [f32], rows: &[f32]) {
     Arch::new().dispatch(|| {
         for row in rows.chunks_exact(sum.len()) {
@@ -437,5 +432,28 @@ impl TilePass<'_> {
             }
         }
         of_x
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// More tiles than sums, and more parameters than one task adds up.
+    #[test]
+    fn every_tile_is_in_the_sum_of_every_parameter() {
+        let (tiles, count) = (50, 2 * SUMMED_AT_ONCE + 7);
+        let tiles: Vec<usize> = (0..tiles).collect();
+        // Whole numbers, whose sums are exact.
+        let (sum, results) = summed(&tiles, count, |&tile, sum| {
+            for (i, value) in sum.iter_mut().enumerate() {
+                *value += (tile * (i % 97) + i) as f32;
+            }
+            vec![tile as f32]
+        });
+        let expected = (0..count).map(|i| (49 * 50 / 2 * (i % 97) + 50 * i) as f32);
+        assert_eq!(sum, expected.collect::<Vec<f32>>());
+        let numbers = tiles.iter().map(|&tile| vec![tile as f32]);
+        assert_eq!(results, numbers.collect::<Vec<_>>());
     }
 }

@@ -238,9 +238,9 @@ pub fn time(page: &Page) -> String {
     }
     format!(
         "## Time\n\n\
-         Seconds, in the mean over the seeds whose time is known. *Training* ends with the raw map, *finishing* makes a layout of \
-         it, *direct* is the layout without networks. The paper's training took {:.0} minutes on a GPU for \
-         any model, and its SLIM ran on an Intel Core i7-9700.\n\n{table}",
+         Seconds, in the mean over the seeds whose time is known. *Training* ends with the raw map, \
+         *finishing* makes a layout of it, *direct* is the layout without networks. The paper's training took \
+         {:.0} minutes on a GPU for any model, and its SLIM ran on an Intel Core i7-9700.\n\n{table}",
         PRINTED.minutes.fam
     )
 }
