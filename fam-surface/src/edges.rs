@@ -1,6 +1,6 @@
 //! The edges of a mesh, by name.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use super::TriangleMesh;
 use super::weld::weld;
@@ -29,6 +29,33 @@ impl Edges {
         Self { first, known }
     }
 
+    /// All of them, ascending.
+    pub fn all(&self) -> Vec<[u32; 2]> {
+        let mut all: Vec<[u32; 2]> = self.known.iter().copied().collect();
+        all.sort_unstable();
+        all
+    }
+
+    /// The edges at which triangles of different labels meet, ascending. `labels` has one for each triangle
+    /// of the mesh that these are the edges of.
+    pub fn between<L: PartialEq>(&self, mesh: &TriangleMesh, labels: &[L]) -> Vec<[u32; 2]> {
+        let mut first: HashMap<[u32; 2], &L> = HashMap::new();
+        let mut between = Vec::new();
+        for (&[a, b, c], label) in mesh.triangles().iter().zip(labels) {
+            for edge in [[a, b], [b, c], [c, a]]
+                .into_iter()
+                .filter_map(|edge| self.find(edge))
+            {
+                if *first.entry(edge).or_insert(label) != label {
+                    between.push(edge);
+                }
+            }
+        }
+        between.sort_unstable();
+        between.dedup();
+        between
+    }
+
     /// The edge between two vertices, if there is one, by the first vertices at its ends, the
     /// smaller before the larger: one name for all of its sides.
     pub fn find(&self, [a, b]: [u32; 2]) -> Option<[u32; 2]> {
@@ -51,12 +78,16 @@ mod tests {
         let mesh = TriangleMesh::new(
             vec![a, b, c, zero, c, d],
             vec![[0, 1, 2], [3, 4, 5], [0, 3, 5]],
-        );
-        let edges = Edges::of(&mesh.unwrap());
+        )
+        .unwrap();
+        let edges = Edges::of(&mesh);
         for same in [[0, 2], [2, 3], [4, 0], [3, 4]] {
             assert_eq!(edges.find(same), Some([0, 2]));
         }
         assert_eq!(edges.find([5, 3]), Some([0, 5]));
+        assert_eq!(edges.all(), [[0, 1], [0, 2], [0, 5], [1, 2], [2, 5]]);
+        assert_eq!(edges.between(&mesh, &[7, 8, 8]), [[0, 2]]);
+        assert_eq!(edges.between(&mesh, &[7, 7, 7]), [[0; 2]; 0]);
         for none in [[1, 5], [0, 3], [0, 0], [0, 6], [u32::MAX, 1]] {
             assert_eq!(edges.find(none), None, "{none:?}");
         }

@@ -6,7 +6,10 @@
 //! - [`polygons`]: faces of any number of corners, and the triangles that they become;
 //! - [`charts`]: the connected pieces of a UV map;
 //! - [`metrics`] and [`seams`]: how good a UV map is, and where it cuts;
+//! - [`congruence`]: meshes that are copies of each other;
 //! - [`neighbors`]: nearest points;
+//! - [`occlusion`]: how much light reaches a surface;
+//! - [`symmetry`]: mirror planes of surfaces, and which parts of a mesh mirror which;
 //! - [`shapes`]: surfaces made by formula.
 //!
 //! Coordinates are `f64` in the units of the input, so that georeferenced scans
@@ -15,6 +18,7 @@
 
 pub mod charts;
 mod components;
+pub mod congruence;
 mod crowding;
 pub mod degenerate;
 mod ears;
@@ -26,6 +30,7 @@ mod mesh;
 pub mod metrics;
 pub mod neighbors;
 mod normalization;
+pub mod occlusion;
 pub mod orientation;
 pub mod plane;
 mod point_cloud;
@@ -34,6 +39,7 @@ pub mod seams;
 pub mod sets;
 pub mod shapes;
 mod sides;
+pub mod symmetry;
 mod uv_map;
 pub mod vector;
 pub mod weld;

@@ -32,8 +32,20 @@ impl Plane {
     }
 }
 
-/// A unit eigenvector of the least eigenvalue of a symmetric matrix, by Jacobi's rotations.
-fn least_axis(mut m: [[f64; 3]; 3]) -> [f64; 3] {
+/// A unit eigenvector of the least eigenvalue of a symmetric matrix.
+pub(crate) fn least_axis(m: [[f64; 3]; 3]) -> [f64; 3] {
+    let (axes, values) = eigenvectors(m);
+    let least = (0..3).fold(0, |i, k| if values[k] < values[i] { k } else { i });
+    axes[least]
+}
+
+/// Unit eigenvectors of a symmetric matrix.
+pub(crate) fn axes(m: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    eigenvectors(m).0
+}
+
+/// Unit eigenvectors of a symmetric matrix and their eigenvalues, by Jacobi's rotations.
+fn eigenvectors(mut m: [[f64; 3]; 3]) -> ([[f64; 3]; 3], [f64; 3]) {
     let mut axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     for _ in 0..5 {
         for (i, j) in [(0, 1), (0, 2), (1, 2)] {
@@ -55,8 +67,7 @@ fn least_axis(mut m: [[f64; 3]; 3]) -> [f64; 3] {
             axes[j] = add(scale(a, s), scale(b, c));
         }
     }
-    let least = (0..3).fold(0, |i, k| if m[k][k] < m[i][i] { k } else { i });
-    normalize(axes[least])
+    (axes.map(normalize), [0, 1, 2].map(|k| m[k][k]))
 }
 
 /// Two axes for a unit normal, and the normal; only zeros for a normal of zero.

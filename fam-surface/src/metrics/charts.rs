@@ -54,6 +54,20 @@ impl Charts {
         counted.iter().filter(|&&chart| chart).count()
     }
 
+    /// The chart of every triangle, counting from 0 in the order of their first triangles.
+    pub(super) fn numbers(&self) -> Vec<u32> {
+        let mut numbers = vec![None; self.parents.len()];
+        let mut count = 0;
+        (0..self.parents.len() as u32)
+            .map(|t| {
+                *numbers[self.find(t).0].get_or_insert_with(|| {
+                    count += 1;
+                    count - 1
+                })
+            })
+            .collect()
+    }
+
     /// The chart of a triangle, named by one of its triangles, and whether the windings of
     /// the two oppose each other.
     pub(super) fn find(&self, triangle: u32) -> (usize, bool) {

@@ -14,20 +14,27 @@ mod area_distortion;
 mod charts;
 mod conformality;
 mod edges;
+pub mod engine;
 mod flipped_triangles;
 mod layout;
 mod overlaps;
+mod places;
 mod repeats;
 mod seam_length;
+mod seam_visibility;
+mod stacks;
 mod symmetric_dirichlet;
 #[cfg(test)]
 mod tests;
 mod uv_coverage;
 
 pub use overlaps::for_each_overlapping_pair;
+pub use seam_visibility::seam_visibility;
 
 use charts::Charts;
 use layout::Layout;
+use places::Places;
+use stacks::Stacks;
 
 /// The metrics of a UV map of a mesh.
 ///
@@ -52,6 +59,17 @@ pub struct Metrics {
     pub overlapping_pairs: u64,
     /// Overlapping pairs, in percent of all pairs of triangles.
     pub overlap_percentage: f64,
+    /// How many of the overlapping pairs are of two charts that are stacked on purpose: all their
+    /// triangles lie at the same places, bit for bit.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub stacked_pairs: u64,
+    /// Charts that are stacked on an earlier one.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub stacked_charts: u64,
+    /// Charts that are mirrored in UV space: most of their triangles are clockwise. They are not
+    /// flipped for that.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub mirrored_charts: u64,
     /// Mean absolute difference between 3D and UV angles over all corners, in radians;
     /// 0 is perfect.
     pub conformality: f64,
@@ -71,6 +89,11 @@ pub struct Metrics {
 }
 
 impl Metrics {
+    /// Overlapping pairs but those of stacked charts: what was not meant to overlap.
+    pub fn unintended_overlaps(&self) -> u64 {
+        self.overlapping_pairs - self.stacked_pairs.min(self.overlapping_pairs)
+    }
+
     /// Measures a UV map of a mesh.
     ///
     /// Time grows as `T log T` in the number of triangles plus the number of pairs whose
@@ -83,15 +106,20 @@ impl Metrics {
         let sides = edges::sides(mesh, uv);
         let first_alike = repeats::first_alike(mesh, uv);
         let charts = Charts::new(&layout, &sides, &first_alike);
-        let overlapping_pairs = overlaps::overlapping_pairs(uv, &first_alike);
+        let stacks = Stacks::new(&layout, uv, &charts, &first_alike);
+        let places = Places::new(uv, &stacks, &first_alike);
+        let pairs = overlaps::overlapping_pairs(uv, &places);
         Ok(Self {
             vertices: mesh.positions().len(),
             triangles: layout.len(),
             degenerate_triangles: layout.len() - layout.measured().count(),
             collapsed_triangles: layout.collapsed_triangles(),
             flipped_triangles: flipped_triangles::flipped_triangles(&layout, &charts, &first_alike),
-            overlapping_pairs,
-            overlap_percentage: overlaps::overlap_percentage(overlapping_pairs, layout.len()),
+            overlapping_pairs: pairs.overlapping,
+            overlap_percentage: overlaps::overlap_percentage(pairs.overlapping, layout.len()),
+            stacked_pairs: pairs.stacked,
+            stacked_charts: stacks.stacked() as u64,
+            mirrored_charts: stacks.mirrored(&layout, &first_alike) as u64,
             conformality: conformality::conformality(&layout),
             area_distortion: area_distortion::area_distortion(&layout),
             symmetric_dirichlet: symmetric_dirichlet::symmetric_dirichlet(&layout),
@@ -114,6 +142,10 @@ pub fn seam_edges(mesh: &TriangleMesh, uv: &UvMap) -> Result<Vec<[u32; 2]>, Surf
     // Edges of parts that touch may lie at one position.
     seams.dedup();
     Ok(seams)
+}
+
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 /// Reads the infinity that JSON writes as `null`.
@@ -152,6 +184,16 @@ impl fmt::Display for Metrics {
                 writeln!(f)?;
             }
             write!(f, "{name:<20} {value:>14}{unit}")?;
+        }
+        // What few maps have.
+        for (name, count) in [
+            ("stacked pairs", self.stacked_pairs),
+            ("stacked charts", self.stacked_charts),
+            ("mirrored charts", self.mirrored_charts),
+        ] {
+            if count > 0 {
+                write!(f, "\n{name:<20} {count:>14}")?;
+            }
         }
         Ok(())
     }

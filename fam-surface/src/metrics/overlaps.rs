@@ -1,10 +1,11 @@
-use std::ops::Range;
+use std::ops::{ControlFlow, Range};
 
 use robust::{Coord, orient2d};
 
 use crate::UvMap;
 
 use super::layout::signed_double_area;
+use super::places::{Pairs, Places};
 
 /// Calls `visit` once for each pair of triangles whose interiors intersect in UV space,
 /// with their indices in ascending order.
@@ -14,21 +15,36 @@ use super::layout::signed_double_area;
 /// unspecified but always the same. There may be a pair for every two triangles, so a
 /// caller should not collect them without need.
 pub fn for_each_overlapping_pair(uv: &UvMap, mut visit: impl FnMut([u32; 2])) {
-    if let Some(tree) = Tree::new(uv) {
-        tree.pairs_within(tree.root(), &mut visit);
+    let every = |pair: [u32; 2]| {
+        visit(pair);
+        ControlFlow::Continue(())
+    };
+    // It never breaks off.
+    let _ = overlapping_pairs_among(uv, 0..uv.triangles().len() as u32, every);
+}
+
+/// The same among some triangles, until `visit` breaks off.
+pub(super) fn overlapping_pairs_among(
+    uv: &UvMap,
+    triangles: impl Iterator<Item = u32>,
+    mut visit: impl FnMut([u32; 2]) -> ControlFlow<()>,
+) -> ControlFlow<()> {
+    match Tree::new(uv, triangles) {
+        Some(tree) => tree.pairs_within(tree.root(), &mut visit),
+        None => ControlFlow::Continue(()),
     }
 }
 
-/// How many pairs of triangles have intersecting interiors in UV space. Those with the same
-/// entry in `first_alike` are one triangle twice and do not count.
-pub(super) fn overlapping_pairs(uv: &UvMap, first_alike: &[u32]) -> u64 {
-    let mut count = 0;
-    for_each_overlapping_pair(uv, |[a, b]| {
-        if first_alike[a as usize] != first_alike[b as usize] {
-            count += 1;
-        }
-    });
-    count
+/// The pairs of triangles whose interiors intersect in UV space. Those that are one triangle twice
+/// do not count.
+pub(super) fn overlapping_pairs(uv: &UvMap, places: &Places) -> Pairs {
+    let mut pairs = places.within_each();
+    let between = |[a, b]: [u32; 2]| {
+        pairs.add(places.between(a, b));
+        ControlFlow::Continue(())
+    };
+    let _ = overlapping_pairs_among(uv, places.firsts(), between);
+    pairs
 }
 
 /// Overlapping pairs in percent of all pairs of triangles; 0 for a single triangle.
@@ -133,10 +149,10 @@ struct Node {
 impl Tree {
     const LEAF: usize = 4;
 
-    /// The tree of the triangles that have UV area, if there are any.
-    fn new(uv: &UvMap) -> Option<Self> {
-        let triangles: Vec<Triangle> = (0..uv.triangles().len())
-            .filter_map(|t| Triangle::new(t as u32, uv.corners(t)))
+    /// The tree of those of some triangles that have UV area, if there are any.
+    fn new(uv: &UvMap, triangles: impl Iterator<Item = u32>) -> Option<Self> {
+        let triangles: Vec<Triangle> = triangles
+            .filter_map(|t| Triangle::new(t, uv.corners(t as usize)))
             .collect();
         let all = 0..triangles.len();
         let mut tree = Self {
@@ -180,23 +196,23 @@ impl Tree {
         &self.nodes[self.nodes.len() - 1]
     }
 
-    fn pairs_within(&self, node: &Node, visit: &mut impl FnMut([u32; 2])) {
+    fn pairs_within(&self, node: &Node, visit: &mut impl Visit) -> ControlFlow<()> {
         if let Some(children) = node.children {
             let [left, right] = children.map(|child| &self.nodes[child]);
-            self.pairs_within(left, visit);
-            self.pairs_within(right, visit);
-            self.pairs_between(left, right, visit);
+            self.pairs_within(left, visit)?;
+            self.pairs_within(right, visit)?;
+            self.pairs_between(left, right, visit)
         } else {
             let triangles = &self.triangles[node.triangles.clone()];
-            for (i, a) in triangles.iter().enumerate() {
-                visit_overlaps(a, &triangles[i + 1..], visit);
-            }
+            (0..)
+                .zip(triangles)
+                .try_for_each(|(i, a)| visit_overlaps(a, &triangles[i + 1..], visit))
         }
     }
 
-    fn pairs_between(&self, a: &Node, b: &Node, visit: &mut impl FnMut([u32; 2])) {
+    fn pairs_between(&self, a: &Node, b: &Node, visit: &mut impl Visit) -> ControlFlow<()> {
         if !a.bounds.interiors_intersect(&b.bounds) {
-            return;
+            return ControlFlow::Continue(());
         }
         let (fewer, more) = if a.triangles.len() < b.triangles.len() {
             (a, b)
@@ -204,21 +220,27 @@ impl Tree {
             (b, a)
         };
         if let Some(children) = more.children {
-            for child in children {
-                self.pairs_between(fewer, &self.nodes[child], visit);
-            }
+            children
+                .into_iter()
+                .try_for_each(|child| self.pairs_between(fewer, &self.nodes[child], visit))
         } else {
-            for triangle in &self.triangles[fewer.triangles.clone()] {
-                visit_overlaps(triangle, &self.triangles[more.triangles.clone()], visit);
-            }
+            self.triangles[fewer.triangles.clone()]
+                .iter()
+                .try_for_each(|triangle| {
+                    visit_overlaps(triangle, &self.triangles[more.triangles.clone()], visit)
+                })
         }
     }
 }
 
-fn visit_overlaps(a: &Triangle, others: &[Triangle], visit: &mut impl FnMut([u32; 2])) {
-    for b in others.iter().filter(|b| a.overlaps(b)) {
-        visit([a.index.min(b.index), a.index.max(b.index)]);
-    }
+/// What is done with an overlapping pair; it may break off.
+trait Visit: FnMut([u32; 2]) -> ControlFlow<()> {}
+
+impl<F: FnMut([u32; 2]) -> ControlFlow<()>> Visit for F {}
+
+fn visit_overlaps(a: &Triangle, others: &[Triangle], visit: &mut impl Visit) -> ControlFlow<()> {
+    let mut overlapping = others.iter().filter(|b| a.overlaps(b));
+    overlapping.try_for_each(|b| visit([a.index.min(b.index), a.index.max(b.index)]))
 }
 
 #[cfg(test)]

@@ -55,6 +55,9 @@ fn the_identity_is_perfect() {
         flipped_triangles: 0,
         overlapping_pairs: 0,
         overlap_percentage: 0.0,
+        stacked_pairs: 0,
+        stacked_charts: 0,
+        mirrored_charts: 0,
         conformality: 0.0,
         area_distortion: 1.0,
         symmetric_dirichlet: metrics.symmetric_dirichlet,
@@ -166,6 +169,8 @@ fn assert_close(found: &Metrics, expected: &Metrics) {
         symmetric_dirichlet: expected.symmetric_dirichlet,
         seam_length: expected.seam_length,
         uv_coverage: expected.uv_coverage,
+        // A mirrored map has mirrored charts.
+        mirrored_charts: expected.mirrored_charts,
         ..found.clone()
     };
     assert_eq!(&rest, expected);
