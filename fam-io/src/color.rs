@@ -1,5 +1,13 @@
 //! Colours: linear in a scene, sRGB in the files of most formats.
 
+/// The name of the mean of red, green and blue, as an attribute of the vertices.
+pub(crate) const COLOR: &str = "color";
+
+/// The mean of red, green and blue.
+pub(crate) fn mean([r, g, b]: [f64; 3]) -> f64 {
+    (r + g + b) / 3.0
+}
+
 /// A component of a colour in sRGB as a linear one, both from 0 to 1.
 fn linear(srgb: f64) -> f32 {
     let srgb = unit(srgb);

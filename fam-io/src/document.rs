@@ -1,3 +1,4 @@
+use std::borrow::Cow;
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -5,14 +6,16 @@ use std::path::{Path, PathBuf};
 use fam_surface::{Surface, UvMap};
 
 use crate::atomic::{write_atomically, write_file};
+use crate::color::COLOR;
 use crate::content::Content;
-use crate::error::{ReadError, ReadFault, WriteError, WriteFault};
+use crate::error::{AttributeError, ReadError, ReadFault, WriteError, WriteFault};
 use crate::export::Export;
 use crate::format::Format;
 use crate::labels::Labels;
 use crate::options::WriteOptions;
 use crate::parsed::Parsed;
 use crate::scene::Scene;
+use crate::shading::hard_edges_of_normals;
 use crate::uvs::{Uvs, check_count, is_finite};
 use crate::warning::Warning;
 use crate::{detect, gltf, obj, off, ply, stl, xyz};
@@ -138,6 +141,75 @@ impl Document {
     /// polygon. Each by its vertices.
     pub fn diagonals(&self) -> &[[u32; 2]] {
         &self.diagonals
+    }
+
+    /// The edges of the mesh that the file itself shades hard. Each by the first vertices at the
+    /// positions of its ends, the smaller before the larger, ascending;
+    /// [`Edges`](fam_surface::Edges) has the same names.
+    ///
+    /// An edge is hard if the normals on its two sides differ by more than one degree, at both
+    /// of its ends. Normals are those that the corners of OBJ faces refer to, and those of the
+    /// vertices of glTF and PLY files, where vertices at the same position have different ones.
+    /// Without normals nothing is hard in these; only an OBJ file with `s` statements has hard
+    /// edges between faces of different smoothing groups, and around all faces that are in none.
+    /// That holds between triangles without normals: where a triangle has a `vn`, the normals
+    /// decide, not the groups.
+    ///
+    /// Borders are never hard, [`diagonals`](Self::diagonals) neither, nor an edge of more than
+    /// two sides if each shades as another one there, nor one of more than 32 sides. OFF, STL and
+    /// XYZ files have no hard edges. The edges are looked for at each call, for which an OBJ file
+    /// with normals or groups is read again.
+    ///
+    /// # Errors
+    /// The OBJ file cannot be read again, or it has changed.
+    pub fn hard_edges(&self) -> io::Result<Vec<[u32; 2]>> {
+        let Surface::Mesh(mesh) = &self.surface else {
+            return Ok(Vec::new());
+        };
+        let normals = match &self.source {
+            Source::Obj(source) => return source.hard_edges(mesh, &self.diagonals),
+            Source::Gltf(source) if mesh.normals().is_none() => source.normals().map(Cow::Owned),
+            Source::Gltf(_) | Source::Ply(_) => mesh.normals().map(Cow::Borrowed),
+            Source::None | Source::Off(_) | Source::Stl(_) | Source::Xyz(_) => None,
+        };
+        Ok(normals.map_or_else(Vec::new, |normals| {
+            hard_edges_of_normals(mesh, &self.diagonals, &normals)
+        }))
+    }
+
+    /// One number for each vertex of the mesh or point of the cloud, such as a weight that
+    /// somebody painted, by the name of the attribute in the file:
+    ///
+    /// - PLY: a scalar property of the vertices as it is; `red`, `green` and `blue` go from 0 to
+    ///   1, integers by the largest of their type. `color` is the mean of the three.
+    /// - glTF: a scalar attribute, or the mean of the first three channels of `COLOR_n` and of
+    ///   attributes whose names start with `_`. Normalized integers go from 0 (or −1) to 1. In
+    ///   primitives without the attribute, a colour is 1 and anything else 0.
+    /// - OBJ: `color`, the mean of red, green and blue, each from 0 to 1; 1 for a vertex without
+    ///   a colour. The file is read again.
+    /// - XYZ: `color`, the same of bytes.
+    ///
+    /// Colours count as they are in the file; those in sRGB are not made linear.
+    ///
+    /// # Errors
+    /// The file has nothing of that name, a number is not finite, or an OBJ file cannot be read
+    /// again or has changed.
+    pub fn vertex_attribute(&self, name: &str) -> Result<Vec<f64>, AttributeError> {
+        let (numbers, known) = match &self.source {
+            Source::Gltf(source) => (source.vertex_numbers(name), source.number_names()),
+            Source::Ply(source) => (source.vertex_numbers(name), source.number_names()),
+            Source::Obj(source) => of_color(name, source.vertex_colors()?),
+            Source::Xyz(source) => of_color(name, source.vertex_colors()),
+            Source::None | Source::Off(_) | Source::Stl(_) => (None, Vec::new()),
+        };
+        let name = name.to_owned();
+        let Some(numbers) = numbers else {
+            return Err(AttributeError::Missing { name, known });
+        };
+        match numbers.iter().position(|number| !number.is_finite()) {
+            Some(vertex) => Err(AttributeError::NonFinite { name, vertex }),
+            None => Ok(numbers),
+        }
     }
 
     /// What was left out of the file, for the user to know.
@@ -335,6 +407,12 @@ impl Document {
             None => Ok(()),
         }
     }
+}
+
+/// What a file with colours, or without, has of a name, and the names it has.
+fn of_color(name: &str, colors: Option<Vec<f64>>) -> (Option<Vec<f64>>, Vec<String>) {
+    let known = colors.iter().map(|_| COLOR.to_owned()).collect();
+    (colors.filter(|_| name == COLOR), known)
 }
 
 /// Copies the files that an OBJ file needs beside it to the folder of `target`; those that are

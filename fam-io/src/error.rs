@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use fam_surface::SurfaceError;
 
 use crate::format::Format;
+use crate::text::excerpt;
 
 /// A file that could not be read as a surface; displayed as one line, `file: reason`.
 #[derive(Debug, thiserror::Error)]
@@ -128,6 +129,53 @@ pub enum WriteFault {
         /// How many vertices there are.
         count: usize,
     },
+}
+
+/// Why the vertices have no numbers of some name; displayed as one line.
+#[derive(Debug, thiserror::Error)]
+pub enum AttributeError {
+    /// The file could not be read again.
+    #[error("{0}")]
+    Io(#[from] io::Error),
+    /// There are no such numbers.
+    #[error("the vertices have no attribute `{}`; they have {}", excerpt(name.as_bytes()), listed(known))]
+    Missing {
+        /// The name that was asked for.
+        name: String,
+        /// The names there are.
+        known: Vec<String>,
+    },
+    /// A number is NaN or infinite, or a word in its place is no number.
+    #[error("the attribute `{}` of vertex {vertex} is not a finite number", excerpt(name.as_bytes()))]
+    NonFinite {
+        /// The name that was asked for.
+        name: String,
+        /// The zero-based vertex of the surface.
+        vertex: usize,
+    },
+}
+
+/// No material and no object has some name; displayed as one line.
+#[derive(Debug, thiserror::Error)]
+#[error("there is no material or object `{}`; there are {}", excerpt(name.as_bytes()), listed(known))]
+pub struct NameError {
+    /// The name that was asked for.
+    pub name: String,
+    /// The names there are.
+    pub known: Vec<String>,
+}
+
+/// The first of some names, for a message.
+fn listed(names: &[String]) -> String {
+    /// More make no message of one line.
+    const MOST: usize = 8;
+    if names.is_empty() {
+        return "none".to_owned();
+    }
+    let shown = names.iter().take(MOST);
+    let shown: Vec<_> = shown.map(|name| excerpt(name.as_bytes())).collect();
+    let more = if names.len() > MOST { ", …" } else { "" };
+    format!("{}{more}", shown.join(", "))
 }
 
 impl WriteFault {

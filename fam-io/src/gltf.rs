@@ -37,6 +37,7 @@
 //! PNG, JPEG, WebP or KTX2 files at a relative path; others stay where they are. The names of
 //! buffers but the first, and chunks of a GLB that are neither JSON nor binary are lost.
 
+mod attributes;
 mod center;
 mod checker;
 mod compact;
@@ -136,6 +137,23 @@ impl Source {
             &self.geometry,
             &self.nodes,
         ))
+    }
+
+    /// An attribute of all vertices as one number each, those of the primitives that lack it 0, or
+    /// 1 in a colour; `None` if there is none of the name.
+    pub fn vertex_numbers(&self, name: &str) -> Option<Vec<f64>> {
+        attributes::numbers(&self.loaded.package, &self.geometry, name)
+    }
+
+    /// The names that there are numbers of.
+    pub fn number_names(&self) -> Vec<String> {
+        attributes::names(&self.geometry)
+    }
+
+    /// The normals of all vertices in the coordinates of the surface, zero where there are none;
+    /// `None` if there are none at all.
+    pub fn normals(&self) -> Option<Vec<[f64; 3]>> {
+        read::known_normals(&self.loaded.package, &self.geometry, &self.nodes)
     }
 
     pub fn write(

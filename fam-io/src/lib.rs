@@ -7,6 +7,8 @@
 //!   with UVs; everything else in it stays. Under a name with the extension of another format
 //!   they convert it: what that format has a place for comes along. An OBJ file then gets its
 //!   materials and textures beside it.
+//! - [`Document::hard_edges`] and [`Document::vertex_attribute`] tell what a file says of where to
+//!   cut: edges that it shades hard, and numbers that were painted on its vertices.
 //! - [`CloudStream`] writes clouds with UVs that are too large to be held in memory.
 //! - [`Document::of_surface`] makes a document of a surface that comes from no file.
 //! - [`seams`] writes the torn edges and seam points of a result as JSON and OBJ.
@@ -74,6 +76,7 @@ pub mod picture;
 pub mod ply;
 mod scene;
 pub mod seams;
+mod shading;
 pub mod stl;
 mod stream;
 mod text;
@@ -83,7 +86,7 @@ pub mod xyz;
 
 pub use detect::format_of;
 pub use document::{Document, read_surface};
-pub use error::{ReadError, ReadFault, WriteError, WriteFault};
+pub use error::{AttributeError, ReadError, ReadFault, WriteError, WriteFault};
 pub use format::Format;
 pub use labels::Labels;
 pub use options::WriteOptions;

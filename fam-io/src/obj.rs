@@ -1,6 +1,6 @@
 //! Wavefront OBJ.
 //!
-//! Read are `v`, `vt`, `vn`, `f`, `o`, `usemtl` and `mtllib` statements, and `fo`, the old
+//! Read are `v`, `vt`, `vn`, `f`, `o`, `s`, `usemtl` and `mtllib` statements, and `fo`, the old
 //! name of `f`; all others, unknown ones too, are kept. A statement may go over several lines
 //! with a backslash at the end of a line, and `#` starts a comment. Lines end in `\n`, `\r\n`
 //! or `\r`; there may be a UTF-8 byte order mark. Faces may come before the vertices they refer
@@ -22,6 +22,7 @@
 //!   with a warning. In a mesh they are an error.
 //! - Normals are those of the corners: if a vertex has several, their mean. In a cloud there
 //!   are normals if there is one `vn` for every `v`.
+//! - Smoothing groups (`s`) make edges hard, but only between triangles without normals.
 //! - UVs are there if every corner of every face refers to an existing `vt` and all `vt` are
 //!   finite. In a cloud there are UVs if there is one `vt` for every `v`. References to `vt`
 //!   and `vn` that do not exist are passed over.
@@ -53,6 +54,7 @@ mod model;
 mod names;
 mod numbers;
 mod scene;
+mod shading;
 mod statements;
 mod write;
 
@@ -60,8 +62,9 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use fam_surface::polygons::Divisions;
-use fam_surface::{Surface, SurfaceError};
+use fam_surface::{Surface, SurfaceError, TriangleMesh};
 
+use crate::color::mean;
 use crate::content::Content;
 use crate::error::ReadFault;
 use crate::kept::Kept;
@@ -72,7 +75,7 @@ use colors::Colors;
 pub(crate) use lines::Lines;
 use materials::Libraries;
 use model::Model;
-use statements::{Fingerprint, open};
+use statements::{Fingerprint, Statement, open};
 
 /// An OBJ file, to be written back.
 #[derive(Debug, Clone)]
@@ -83,6 +86,8 @@ pub(crate) struct Source {
     libraries: Vec<String>,
     /// Which `v` the surface has.
     kept: Kept,
+    /// Whether there are normals or smoothing groups.
+    has_shading: bool,
 }
 
 pub(crate) fn parse(content: Content) -> Result<Parsed<Source>, ReadFault> {
@@ -92,6 +97,7 @@ pub(crate) fn parse(content: Content) -> Result<Parsed<Source>, ReadFault> {
         return Err(SurfaceError::NoVertices.into());
     }
     let labels = model.labels();
+    let has_shading = model.has_groups || !model.numbers.normals.is_empty();
     let vertices = model.numbers.positions.len();
     let is_cloud = model.faces.vertices.is_empty();
     let normals = if is_cloud {
@@ -120,6 +126,7 @@ pub(crate) fn parse(content: Content) -> Result<Parsed<Source>, ReadFault> {
             divisions: faces.vertices.divisions().clone(),
             libraries: model.libraries,
             kept: model.kept,
+            has_shading,
         },
     })
 }
@@ -141,20 +148,49 @@ impl Source {
     /// One mesh with all faces, as they are in the file, and its objects.
     pub fn scene(&self) -> io::Result<Scene> {
         let mut colors = Colors::default();
-        let model = Model::read(&self.content, |statement| colors.push(statement));
-        let model = model.map_err(|fault| match fault {
-            ReadFault::Io(error) => error,
-            _ => write::changed(),
-        })?;
-        if model.fingerprint != self.fingerprint {
-            return Err(write::changed());
-        }
+        let model = self.read_again(|statement| colors.push(statement))?;
         let names = model.material_names();
         let materials = match self.libraries() {
             Some(libraries) => libraries.materials(&names)?,
             None => names.iter().map(|name| materials::white(name)).collect(),
         };
         Ok(scene::scene(model, colors.finish(), materials))
+    }
+
+    /// The edges of its mesh that normals or smoothing groups make hard.
+    pub fn hard_edges(
+        &self,
+        mesh: &TriangleMesh,
+        diagonals: &[[u32; 2]],
+    ) -> io::Result<Vec<[u32; 2]>> {
+        if !self.has_shading {
+            return Ok(Vec::new());
+        }
+        let model = self.read_again(|_| {})?;
+        Ok(shading::edges(&model, mesh, diagonals))
+    }
+
+    /// The mean of red, green and blue of every vertex of the surface; `None` without colours.
+    pub fn vertex_colors(&self) -> io::Result<Option<Vec<f64>>> {
+        let mut colors = Colors::default();
+        self.read_again(|statement| colors.push(statement))?;
+        let colors = colors.into_written().map(|colors| {
+            let means = colors.into_iter().map(|color| mean(color.map(f64::from)));
+            self.kept.only(means.collect())
+        });
+        Ok(colors)
+    }
+
+    /// Reads the file once more and shows `each` of its statements.
+    fn read_again(&self, each: impl FnMut(&Statement)) -> io::Result<Model> {
+        let model = Model::read(&self.content, each).map_err(|fault| match fault {
+            ReadFault::Io(error) => error,
+            _ => write::changed(),
+        })?;
+        if model.fingerprint != self.fingerprint {
+            return Err(write::changed());
+        }
+        Ok(model)
     }
 
     /// The folder of the file, and relative to it the material files that it names and the

@@ -7,7 +7,7 @@
 //! - Columns 4 to 6 are normals if every point has them and each is of unit length to within
 //!   0.01; otherwise they are taken for something else and only kept.
 //! - The next three columns are colours if all are whole numbers from 0 to 255 and one is above
-//!   1; this matters only for writing another format.
+//!   1; this matters only for writing another format and as an attribute.
 //! - The last two columns are UVs if a line before the first point, comment or not, names the
 //!   columns and ends in `u v`.
 //!
@@ -23,7 +23,7 @@ use std::ops::Range;
 use fam_surface::polygons::Polygons;
 use fam_surface::{Surface, SurfaceError, vector};
 
-use crate::color::linear_color;
+use crate::color::{linear_color, mean};
 use crate::error::ReadFault;
 use crate::kept::{self, NO_UV};
 use crate::labels::Labels;
@@ -318,7 +318,20 @@ impl Source {
         scene
     }
 
+    /// The mean of red, green and blue of every point, from 0 to 1; `None` without colours.
+    pub fn vertex_colors(&self) -> Option<Vec<f64>> {
+        let colors = self.bytes_of_colors()?.into_iter();
+        Some(colors.map(|color| mean(color) / 255.0).collect())
+    }
+
     fn colors(&self) -> Option<Vec<[f32; 4]>> {
+        let linear = |color: [f64; 3]| linear_color(color.map(|c| c / 255.0), 1.0);
+        let colors = self.bytes_of_colors()?.into_iter();
+        Some(colors.map(linear).collect())
+    }
+
+    /// Red, green and blue of every point, from 0 to 255.
+    fn bytes_of_colors(&self) -> Option<Vec<[f64; 3]>> {
         let before = if self.columns.has_normals { 6 } else { 3 };
         let after = if self.columns.has_uvs { 2 } else { 0 };
         let color = |point: &Range<usize>| {
@@ -332,8 +345,7 @@ impl Source {
         let colors: Option<Vec<[f64; 3]>> = self.points.iter().map(color).collect();
         let colors = colors?;
         let bytes = colors.as_flattened().iter().any(|&c| c > 1.0);
-        let linear = |color: &[f64; 3]| linear_color(color.map(|c| c / 255.0), 1.0);
-        bytes.then(|| colors.iter().map(linear).collect())
+        bytes.then_some(colors)
     }
 
     fn write_points(&self, uvs: &[[f32; 2]], out: &mut dyn Write) -> io::Result<()> {

@@ -377,3 +377,58 @@ fn an_image_is_in_memory_once_for_all_materials() {
     })
     .unwrap();
 }
+
+#[test]
+fn edges_of_many_sides_take_little_time() {
+    let _alone = alone();
+    let count = 200_000;
+    let ends = "v 0 0 0\nv 0 0 1\n";
+    let vertices: String = (0..count).map(|n| format!("v 1 {n} 0\n")).collect();
+    let normals: String = (0..count).map(|n| format!("vn 1 {n} 0\n")).collect();
+    let faces = |corner: &dyn Fn(usize, usize) -> String| -> String {
+        let face = |n: usize| [1, 2, n + 3].map(|v| corner(v, n + 1)).join(" ");
+        (0..count).map(|n| format!("f {}\n", face(n))).collect()
+    };
+    let shaded = faces(&|v, n| format!("{v}//{n}"));
+    let plain = faces(&|v, _| v.to_string());
+    let limit = 400 * MIB;
+    for (name, text) in [
+        (
+            "sides with normals",
+            format!("{ends}{vertices}{normals}{shaded}"),
+        ),
+        (
+            "sides without groups",
+            format!("s off\n{ends}{vertices}{plain}"),
+        ),
+        (
+            "groups",
+            format!("{ends}{vertices}{}", plain.replace("f ", "s 1\nf ")),
+        ),
+    ] {
+        let document = read(name, Format::Obj, text.as_bytes(), limit).unwrap();
+        let edges = measured(name, limit, || document.hard_edges()).unwrap();
+        assert!(edges.is_empty(), "{name}: {}", edges.len());
+    }
+    // All at one place.
+    let vertices = "v 1e300 -1e-320 0\n".repeat(count + 2);
+    let text = format!("s 0\n{vertices}{plain}");
+    let document = read("one place", Format::Obj, text.as_bytes(), limit).unwrap();
+    assert!(document.hard_edges().unwrap().is_empty());
+}
+
+#[test]
+fn files_without_shading_are_not_looked_at() {
+    let _alone = alone();
+    let vertices: String = (0..300_000).map(|n| format!("v {n} 0 0\n")).collect();
+    let faces: String = (1..299_999)
+        .map(|n| format!("f {n} {} {}\n", n + 1, n + 2))
+        .collect();
+    let text = format!("{vertices}{faces}");
+    let document = read("plain", Format::Obj, text.as_bytes(), 400 * MIB).unwrap();
+    assert!(
+        measured("plain", 2 * MIB, || document.hard_edges())
+            .unwrap()
+            .is_empty()
+    );
+}

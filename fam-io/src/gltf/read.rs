@@ -42,12 +42,31 @@ pub(super) fn positions(package: &Package, geometry: &Geometry, nodes: &[Node]) 
         .collect()
 }
 
-/// The normals of all vertices; zero for those that are not finite.
+/// The normals of all vertices, if all pools have them.
 fn normals(package: &Package, geometry: &Geometry, nodes: &[Node]) -> Option<Vec<[f64; 3]>> {
+    let mut pools = geometry.pools.iter();
+    let all = pools.all(|pool| pool.attribute("NORMAL").is_some());
+    all.then(|| known_normals(package, geometry, nodes))
+        .flatten()
+}
+
+/// The normals of all vertices; zero where there are none, or where they are not finite. `None` if
+/// no pool has any.
+pub(super) fn known_normals(
+    package: &Package,
+    geometry: &Geometry,
+    nodes: &[Node],
+) -> Option<Vec<[f64; 3]>> {
+    let mut pools = geometry.pools.iter();
+    pools.find(|pool| pool.attribute("NORMAL").is_some())?;
     let mut all = Vec::new();
     for (pool, transform) in with_transforms(package, geometry, nodes) {
-        let normals = vectors(package, pool, "NORMAL")?.into_iter();
-        all.extend(normals.map(|n| transform_normal(&transform, n)));
+        match vectors(package, pool, "NORMAL") {
+            Some(normals) => {
+                all.extend(normals.into_iter().map(|n| transform_normal(&transform, n)))
+            }
+            None => all.resize(all.len() + pool.vertices.len(), [0.0; 3]),
+        }
     }
     Some(all)
 }
@@ -108,6 +127,10 @@ pub(super) fn labels(package: &Package, geometry: &Geometry) -> Labels {
     if meshes.len() < 2 {
         labels.objects.clear();
     }
+    labels.named_objects = labels.objects.clone();
+    let names: Vec<_> = package.entries("meshes").iter().map(name).collect();
+    let of_mesh = |&mesh: &usize| names.get(mesh).cloned().unwrap_or_default();
+    labels.object_names = meshes.iter().map(of_mesh).collect();
     if labels.materials.iter().all(Option::is_none) {
         labels.materials.clear();
     } else {

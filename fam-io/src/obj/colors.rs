@@ -50,6 +50,12 @@ impl Colors {
 
     /// The linear colour of every vertex, white where there is none; `None` if none has one.
     pub fn finish(self) -> Option<Vec<[f32; 4]>> {
+        let colors = self.into_written()?.into_iter();
+        Some(colors.map(linear).collect())
+    }
+
+    /// The same with the numbers of the file, NaN where a word is none.
+    pub fn into_written(self) -> Option<Vec<[f32; 3]>> {
         let mut colors = if self.is_red {
             self.direct
         } else {
@@ -57,7 +63,7 @@ impl Colors {
         };
         (!colors.is_empty()).then(|| {
             colors.resize(self.vertices, WHITE);
-            colors.into_iter().map(linear).collect()
+            colors
         })
     }
 }

@@ -8,6 +8,7 @@ use crate::labels::Labels;
 use super::faces::Faces;
 use super::names::Names;
 use super::numbers::{NumberReader, Numbers};
+use super::shading;
 use super::statements::{Fingerprint, Statement, Statements, decode, open};
 
 /// The numbers and faces of a file, and what is named in it. Of a cloud, only the points with
@@ -19,6 +20,10 @@ pub(super) struct Model {
     pub faces: Faces,
     pub objects: Names,
     pub materials: Names,
+    /// The smoothing groups of the faces.
+    pub groups: Names,
+    /// Whether there are `s` statements.
+    pub has_groups: bool,
     /// What the `mtllib` statements name.
     pub libraries: Vec<String>,
     pub fingerprint: Fingerprint,
@@ -32,6 +37,8 @@ impl Model {
         let mut faces = Faces::default();
         let mut objects = Names::starting_with(Some(Vec::new()));
         let mut materials = Names::starting_with(None);
+        let mut groups = Names::starting_with(None);
+        let mut has_groups = false;
         let mut libraries = Vec::new();
         while let Some(statement) = statements.next()? {
             each(&statement);
@@ -43,10 +50,15 @@ impl Model {
                     if faces.vertices.len() > number {
                         objects.hold_for(number);
                         materials.hold_for(number);
+                        groups.hold_for(number);
                     }
                 }
                 b"o" => objects.set(Some(statement.name())),
                 b"usemtl" => materials.set(Some(statement.name()).filter(|n| !n.is_empty())),
+                b"s" => {
+                    has_groups = true;
+                    groups.set(shading::group(&statement));
+                }
                 b"mtllib" => libraries.push(decode(&statement.name())),
                 _ => {}
             }
@@ -72,6 +84,8 @@ impl Model {
             faces,
             objects,
             materials,
+            groups,
+            has_groups,
             libraries,
             fingerprint: statements.fingerprint(),
         })
@@ -90,10 +104,14 @@ impl Model {
     /// The objects and materials of the triangles.
     pub fn labels(&self) -> Labels {
         let polygons = &self.faces.vertices;
-        let mut labels = Labels::default();
+        let mut labels = Labels {
+            object_names: self.objects.used().iter().map(|n| decode(n)).collect(),
+            ..Labels::default()
+        };
         if self.objects.used().len() > 1 {
             let objects = self.objects.of_triangles(polygons);
             labels.objects = objects.into_iter().flatten().collect();
+            labels.named_objects = labels.objects.clone();
         }
         if !self.materials.used().is_empty() {
             labels.materials = self.materials.of_triangles(polygons);

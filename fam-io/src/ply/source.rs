@@ -7,7 +7,7 @@ use fam_surface::{SurfaceError, UvMap};
 
 use super::body::{Entries, Table};
 use super::header::{Element, Header, Kind, Scalar};
-use crate::color::linear_color;
+use crate::color::{COLOR, linear_color, mean};
 use crate::error::ReadFault;
 use crate::kept::Kept;
 use crate::scene::{Mesh, Scene, corner_normals};
@@ -16,6 +16,7 @@ use crate::uvs::Uvs;
 
 pub(super) const UV_NAMES: [[&str; 2]; 3] = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]];
 pub(super) const CORNER_UVS: &str = "texcoord";
+const RGB: [&str; 3] = ["red", "green", "blue"];
 
 /// A PLY file, to be written back.
 #[derive(Debug, Clone)]
@@ -218,15 +219,52 @@ impl Source {
         }))
     }
 
+    /// A scalar of the vertices of the surface by its name, those of colours from 0 to 1;
+    /// for [`COLOR`] the mean of red, green and blue. `None` if there is none.
+    pub fn vertex_numbers(&self, name: &str) -> Option<Vec<f64>> {
+        let vertex = self.table(self.vertices);
+        if name == COLOR
+            && let Some(colors) = self.rgb()
+        {
+            return Some(self.kept.only(colors.map(mean).collect()));
+        }
+        let column = vertex.element.scalars([name])?;
+        let unit = match RGB.contains(&name) {
+            true => largest(column[0].1),
+            false => 1.0,
+        };
+        let numbers = vertex.columns(column).into_iter();
+        Some(
+            self.kept
+                .only(numbers.map(|[number]| number / unit).collect()),
+        )
+    }
+
+    /// The names that there are numbers of.
+    pub fn number_names(&self) -> Vec<String> {
+        let element = self.table(self.vertices).element;
+        let scalars = element.properties.iter();
+        let scalars = scalars.filter(|property| matches!(property.kind, Kind::Scalar(_)));
+        let mut names: Vec<_> = scalars.map(|property| property.name.clone()).collect();
+        let has_color = element.scalars(RGB).is_some();
+        names.extend(has_color.then(|| COLOR.to_owned()));
+        names
+    }
+
+    /// Red, green and blue of every entry of the vertices, from 0 to 1.
+    fn rgb(&self) -> Option<impl Iterator<Item = [f64; 3]> + use<>> {
+        let vertex = self.table(self.vertices);
+        let rgb = vertex.element.scalars(RGB)?;
+        let units = rgb.map(|(_, scalar)| largest(scalar));
+        let unit = move |color: [f64; 3]| std::array::from_fn(|c| color[c] / units[c]);
+        Some(vertex.columns(rgb).into_iter().map(unit))
+    }
+
     fn colors(&self) -> Option<Vec<[f32; 4]>> {
         let vertex = self.table(self.vertices);
-        let rgb = vertex.element.scalars(["red", "green", "blue"])?;
+        let colors = self.rgb()?;
         let alpha = vertex.element.scalars(["alpha"]);
         let part = |(_, scalar), value: f64| value / largest(scalar);
-        let colors = vertex
-            .columns(rgb)
-            .into_iter()
-            .map(|[r, g, b]| [part(rgb[0], r), part(rgb[1], g), part(rgb[2], b)]);
         let opacity = alpha.map(|alpha| {
             let column = vertex.columns(alpha).into_iter();
             column.map(|[a]| part(alpha[0], a)).collect::<Vec<f64>>()

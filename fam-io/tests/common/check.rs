@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use fam_io::{Document, Format, Uvs, WriteFault, WriteOptions};
+use fam_io::{AttributeError, Document, Format, Uvs, WriteFault, WriteOptions};
 use fam_surface::{Surface, UvMap};
 
 /// One mesh may be in so many places that a format without places gets out of proportion.
@@ -19,6 +19,7 @@ pub fn check(format: Format, bytes: &[u8]) -> bool {
             return false;
         }
     };
+    check_vertices(&document);
     let uvs = made_up_uvs(document.surface());
     let own = match format {
         Format::Stl => Format::Obj,
@@ -46,6 +47,24 @@ pub fn check(format: Format, bytes: &[u8]) -> bool {
         Err(fault) => panic!("{fault}"),
     }
     true
+}
+
+/// What is asked of the vertices: hard edges, and numbers by name.
+fn check_vertices(document: &Document) {
+    let count = document.surface().positions().len();
+    let edges = document.hard_edges().unwrap();
+    let is_edge = |[a, b]: &[u32; 2]| a < b && (*b as usize) < count;
+    assert!(edges.iter().all(is_edge) && edges.is_sorted());
+    let mut names = vec!["color".to_owned()];
+    if let Err(AttributeError::Missing { known, .. }) = document.vertex_attribute("") {
+        names.extend(known);
+    }
+    for name in names {
+        match document.vertex_attribute(&name) {
+            Ok(numbers) => assert_eq!(numbers.len(), count),
+            Err(fault) => assert!(!fault.to_string().contains(char::is_control)),
+        }
+    }
 }
 
 fn check_message(message: &str) {
