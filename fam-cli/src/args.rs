@@ -3,6 +3,7 @@
 mod bench;
 mod evaluate;
 mod names;
+mod pack;
 mod unwrap;
 
 use std::path::PathBuf;
@@ -13,7 +14,8 @@ pub use bench::Bench;
 pub use evaluate::{Evaluate, Suite};
 #[cfg(test)]
 pub use names::FinishName;
-pub use names::{BackendName, Preset, name_of};
+pub use names::{BackendName, Preset, PurposeName, name_of};
+pub use pack::Pack;
 pub use unwrap::Unwrap;
 
 /// UVs for any mesh or point cloud, by training the Flatten Anything Model on it.
@@ -30,6 +32,7 @@ pub struct Arguments {
 pub enum Command {
     Unwrap(Box<Unwrap>),
     Map(Map),
+    Pack(Pack),
     Metrics(Metrics),
     Evaluate(Evaluate),
     Report(Report),
@@ -120,10 +123,35 @@ pub struct Export {
 }
 
 /// Quality of the UVs that a mesh already has.
+///
+/// Exit codes: 0 measured, 1 an engine would bake or draw something wrong (with --for), 2 bad input or
+/// usage.
 #[derive(Debug, Args)]
 pub struct Metrics {
     /// Mesh with UVs
     pub input: PathBuf,
+
+    /// Also say what a game engine or baker would complain about: overlaps, charts too near to each
+    /// other, outside of the square or too narrow, uneven texel density, mirrored charts
+    ///
+    /// `lightmap` takes 1024 texels and a margin of 2, and every triangle needs texels of its own.
+    /// `texture` takes 2048 and 4; charts may be stacked and lie in UDIM tiles. Each finding is an error,
+    /// a warning or a note.
+    #[arg(long = "for", value_enum, value_name = "PURPOSE")]
+    pub purpose: Option<PurposeName>,
+
+    /// Texels along a side of the texture, for --for
+    #[arg(long, value_name = "TEXELS", requires = "purpose")]
+    pub resolution: Option<u32>,
+
+    /// Texels that are to lie between charts, for --for
+    #[arg(
+        long,
+        value_name = "TEXELS",
+        requires = "purpose",
+        allow_negative_numbers = true
+    )]
+    pub margin: Option<f64>,
 
     /// Print JSON instead of a table
     #[arg(long)]

@@ -137,6 +137,40 @@ pub fn resolve(arguments: &Unwrap) -> Result<Config, Failure> {
     if let Some(weight) = arguments.seam_weight {
         finish.config.seam_weight = weight;
     }
+    if let Some(weight) = arguments.hide_seams {
+        finish.config.hide_seams = weight;
+    }
+    if let Some(direction) = arguments.seen_from {
+        finish.config.seen_from = Some(direction);
+        if arguments.hide_seams.is_none() && finish.config.hide_seams == 0.0 {
+            finish.config.hide_seams = 1.0;
+        }
+    }
+    if let Some(weight) = arguments.paint.as_ref().and_then(|paint| paint.weight) {
+        finish.config.paint_weight = weight;
+    }
+    if let Some(weight) = arguments.crease_weight {
+        finish.config.crease_weight = weight;
+    }
+    if let Some(weight) = arguments.tear_weight {
+        finish.config.tear_weight = weight;
+    }
+    if arguments.hard_angle.is_some() {
+        finish.config.hard_angle = arguments.hard_angle;
+    }
+    if let Some(symmetry) = arguments.symmetry {
+        finish.config.symmetry = symmetry;
+    }
+    if let Some(stack) = arguments.stack {
+        finish.config.stack = stack.into();
+    }
+    finish.config.straighten |= arguments.straighten;
+    if arguments.upright.is_some() {
+        finish.config.upright = arguments.upright;
+    }
+    if let Some(weight) = arguments.coverage_weight {
+        finish.config.coverage_weight = weight;
+    }
     if let Some(charts) = arguments.max_charts {
         finish.config.max_charts = Some(charts);
     }
@@ -146,6 +180,13 @@ pub fn resolve(arguments: &Unwrap) -> Result<Config, Failure> {
     if let Some(resolution) = arguments.resolution {
         finish.config.resolution = resolution;
     }
+    if arguments.texel_density.is_some() {
+        finish.config.texel_density = arguments.texel_density;
+    }
+    if let Some(tiles) = arguments.udim {
+        finish.config.tiles = tiles;
+    }
+    finish.config.whole_texels |= arguments.whole_texels;
     all.checked()
 }
 
@@ -196,7 +237,24 @@ fn one_line(message: &str) -> String {
 }
 
 /// Keys that a configuration may lack.
-const OPTIONAL: [&str; 2] = ["finish.max-charts", "terms"];
+const OPTIONAL: [&str; 16] = [
+    "finish.coverage-weight",
+    "finish.crease-weight",
+    "finish.hard-angle",
+    "finish.hide-seams",
+    "finish.max-charts",
+    "finish.paint-weight",
+    "finish.seen-from",
+    "finish.stack",
+    "finish.straighten",
+    "finish.symmetry",
+    "finish.tear-weight",
+    "finish.texel-density",
+    "finish.tiles",
+    "finish.upright",
+    "finish.whole-texels",
+    "terms",
+];
 
 /// Puts the values of `overlay` in the place of those of `base`, which has every known key.
 fn merge(base: &mut Table, overlay: Table, within: &str) -> Result<(), String> {

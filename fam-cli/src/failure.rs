@@ -5,6 +5,9 @@ use std::fmt;
 /// Exit code of a command that did what it was asked for.
 pub const SUCCESS: u8 = 0;
 
+/// Exit code where the work failed.
+pub const FAILED: u8 = 1;
+
 /// Exit code where the input or the call cannot be worked with.
 pub const USAGE: u8 = 2;
 
@@ -40,7 +43,7 @@ impl Failure {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Input(_) => USAGE,
-            Self::Work(_) => 1,
+            Self::Work(_) => FAILED,
         }
     }
 }

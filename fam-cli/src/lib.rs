@@ -7,23 +7,28 @@ mod batch;
 mod checkpoints;
 mod commands;
 mod config;
+mod direction;
 #[cfg(test)]
 mod documents;
 mod failure;
 mod inputs;
 mod interrupt;
 mod jobs;
+mod kept;
 mod machine;
 mod manifest;
 mod marks;
 mod output;
+mod paint;
 mod parting;
 mod progress;
 mod pytorch;
 mod shard;
+mod symmetry;
 mod terminal;
 mod time;
 mod timeout;
+mod weights;
 
 use std::ffi::OsString;
 
@@ -58,6 +63,7 @@ pub fn run(program: Vec<OsString>, arguments: impl IntoIterator<Item = OsString>
         None => commands::unwrap(args::Unwrap::default(), &again),
         Some(Command::Unwrap(arguments)) => commands::unwrap(*arguments, &again),
         Some(Command::Map(arguments)) => commands::map(&arguments),
+        Some(Command::Pack(arguments)) => commands::pack(&arguments),
         Some(Command::Metrics(arguments)) => commands::metrics(&arguments),
         Some(Command::Evaluate(arguments)) => commands::evaluate(&arguments),
         Some(Command::Report(arguments)) => commands::report(&arguments),

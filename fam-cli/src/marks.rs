@@ -6,16 +6,21 @@ use std::path::{Path, PathBuf};
 use fam_io::Document;
 use fam_io::marks::MarkedEdges;
 use fam_layout::Marks;
+use fam_surface::metrics::seam_edges;
 use fam_surface::{Edges, Surface, TriangleMesh};
 
 use crate::args::Unwrap;
 use crate::failure::Failure;
 
-/// The files of `--seams` and `--no-seams`.
+/// What `--seams`, `--no-seams` and `--keep-seams` ask for.
 #[derive(Debug)]
 pub struct MarkFiles {
     wanted: Option<MarkFile>,
     forbidden: Option<MarkFile>,
+    /// Whether the seams of the UVs that are there are kept, and no others made.
+    keeps: bool,
+    /// The vertex attribute that says where seams are not wanted.
+    paint: Option<String>,
 }
 
 /// A file with marked edges, held in memory: a pipe cannot be read twice.
@@ -46,16 +51,31 @@ impl MarkFiles {
         Ok(Self {
             wanted: read("--seams", &arguments.seams)?,
             forbidden: read("--no-seams", &arguments.no_seams)?,
+            keeps: arguments.keep_seams || arguments.improve,
+            paint: arguments
+                .paint
+                .as_ref()
+                .map(|paint| paint.attribute.clone()),
         })
     }
 
-    /// The first option that names one, if any does.
-    pub fn option(&self) -> Option<&'static str> {
+    /// The first option that names a file, if any does.
+    pub fn file_option(&self) -> Option<&'static str> {
         self.all().next().map(|file| file.option)
+    }
+
+    /// The first option that marks edges, if any does.
+    pub fn option(&self) -> Option<&'static str> {
+        let keep = self.keeps.then_some("--keep-seams");
+        let paint = self.paint.as_ref().map(|_| "--paint");
+        self.file_option().or(keep).or(paint)
     }
 
     /// Writes what distinguishes them from others.
     pub fn write_to(&self, out: &mut impl Write) -> io::Result<()> {
+        if self.keeps {
+            out.write_all(b"\n--keep-seams\n")?;
+        }
         self.all().try_for_each(|file| {
             write!(out, "\n{} {}\n", file.option, file.bytes.len())?;
             out.write_all(&file.bytes)
@@ -82,10 +102,20 @@ impl MarkFiles {
             unmatched.extend(file.unmatched(&found));
             Ok(found.edges)
         };
-        let (wanted, forbidden) = (edges(&self.wanted)?, edges(&self.forbidden)?);
+        let (mut wanted, mut forbidden) = (edges(&self.wanted)?, edges(&self.forbidden)?);
+        if self.keeps {
+            let [seams, others] = present(mesh, document)?;
+            wanted.extend(seams);
+            forbidden.extend(others);
+        }
+        let mut marks = marks(mesh, &wanted, &forbidden, document).map_err(Failure::input)?;
+        if let Some(attribute) = &self.paint {
+            let values = document.vertex_attribute(attribute);
+            marks = marks.with_paint(values.map_err(Failure::input)?);
+        }
         Ok(Marked {
-            marks: marks(mesh, &wanted, &forbidden, document),
-            by_user: self.option().is_some(),
+            marks,
+            by_user: self.keeps || self.file_option().is_some(),
             unmatched,
         })
     }
@@ -93,6 +123,21 @@ impl MarkFiles {
     fn all(&self) -> impl Iterator<Item = &MarkFile> {
         self.wanted.iter().chain(&self.forbidden)
     }
+}
+
+/// The edges at which the UVs that are there cut the mesh, and all others.
+fn present(mesh: &TriangleMesh, document: &Document) -> Result<[Vec<[u32; 2]>; 2], Failure> {
+    let none = || {
+        Failure::input(
+            "it has no texture coordinates on all of its faces, of which --keep-seams could keep the seams",
+        )
+    };
+    let uvs = document.uv_map().ok_or_else(none)?;
+    let mut seams = seam_edges(mesh, uvs).map_err(Failure::input)?;
+    seams.sort_unstable();
+    let mut others = Edges::of(mesh).all();
+    others.retain(|edge| seams.binary_search(edge).is_err());
+    Ok([seams, others])
 }
 
 impl MarkFile {
@@ -125,11 +170,11 @@ impl MarkFile {
 
 impl Marked {
     /// What the polygons of a mesh mark on it.
-    pub fn by_polygons(document: &Document, mesh: &TriangleMesh) -> Self {
-        Self {
-            marks: marks(mesh, &[], &[], document),
+    pub fn by_polygons(document: &Document, mesh: &TriangleMesh) -> Result<Self, Failure> {
+        Ok(Self {
+            marks: marks(mesh, &[], &[], document).map_err(Failure::input)?,
             ..Self::default()
-        }
+        })
     }
 
     /// Half a line on what the user marked, if anything.
@@ -146,20 +191,26 @@ impl Marked {
     }
 }
 
-/// Marked edges of a mesh whose polygons are to stay whole.
+/// Marked edges of a mesh whose polygons are to stay whole, and its hard edges.
 fn marks(
     mesh: &TriangleMesh,
     wanted: &[[u32; 2]],
     forbidden: &[[u32; 2]],
     document: &Document,
-) -> Marks {
+) -> io::Result<Marks> {
     let diagonals = document.diagonals();
-    if [wanted, forbidden, diagonals]
-        .iter()
-        .all(|edges| edges.is_empty())
+    let materials = &document.labels().materials;
+    let mut hard = document.hard_edges()?;
+    if materials.is_empty()
+        && [wanted, forbidden, diagonals, &hard]
+            .iter()
+            .all(|edges| edges.is_empty())
     {
-        return Marks::default();
+        return Ok(Marks::default());
     }
     let edges = Edges::of(mesh);
-    Marks::new(&edges, wanted, forbidden).with_diagonals(&edges, diagonals)
+    hard.extend(edges.between(mesh, materials));
+    Ok(Marks::new(&edges, wanted, forbidden)
+        .with_diagonals(&edges, diagonals)
+        .with_hard_edges(&edges, &hard))
 }

@@ -6,7 +6,7 @@
 use std::ops::ControlFlow;
 
 use divan::Bencher;
-use fam_layout::{LayoutConfig, Marks, MeshInput, lay_out};
+use fam_layout::{LayoutConfig, MeshInput, lay_out};
 use fam_surface::{Components, shapes};
 
 #[global_allocator]
@@ -22,13 +22,7 @@ fn bust(bencher: Bencher, triangles: u32) {
     // One of spacing 0.05 has 11,588 triangles.
     let spacing = 0.05 * (11_588.0 / f64::from(triangles)).sqrt();
     let components = Components::of(&shapes::bust(spacing), &[]).expect("a bust is a valid mesh");
-    let marks = Marks::default();
-    let unfinished = MeshInput {
-        components: &components,
-        map: None,
-        squares: &[],
-        marks: &marks,
-    };
+    let unfinished = MeshInput::of(&components);
     bencher.bench(|| {
         lay_out(&LayoutConfig::default(), &unfinished, &mut |_| {
             ControlFlow::Continue(())

@@ -38,14 +38,12 @@ fn unwrap(input: &Path, output: Option<&Path>) -> Result<(), Box<dyn Error>> {
     // Polygons stay whole.
     let marks = Marks::default().with_diagonals(&Edges::of(mesh), document.diagonals());
     let task = MeshInput {
-        components: &components,
-        map: None,
-        squares: &[],
         marks: &marks,
+        ..MeshInput::of(&components)
     };
     let layout = lay_out(&LayoutConfig::default(), &task, &mut |_| {
         ControlFlow::Continue(())
-    });
+    })?;
     let seconds = started.elapsed().as_secs_f64();
     let maps: Vec<UvMap> = layout.components.iter().map(|c| c.uvs.clone()).collect();
     let uvs = components.uv_map(&maps)?;
@@ -82,7 +80,7 @@ fn unwrap_cloud(input: &Path, points: &[[f64; 3]]) -> Result<(), Box<dyn Error>>
     let started = Instant::now();
     let layout = lay_out_cloud(&LayoutConfig::default(), points, &map, &mut |_| {
         ControlFlow::Continue(())
-    });
+    })?;
     let seconds = started.elapsed().as_secs_f64();
     let components = &layout.atlas.components;
     let triangles = components.iter().map(|c| c.uvs.triangles().len());

@@ -60,6 +60,7 @@ const MOST_HOLES: usize = 300;
 const FLAT: f64 = 0.1;
 
 /// A flat piece of a component.
+#[derive(Clone)]
 pub struct FlatChart {
     /// Coordinates in units of length on the surface.
     pub uvs: Vec<[f64; 2]>,
@@ -69,12 +70,15 @@ pub struct FlatChart {
     pub source: Vec<u32>,
     /// How far it is from an isometry.
     pub distortion: Distortion,
+    /// Whether its sides lie along the axes and are to stay so.
+    pub is_straight: bool,
 }
 
 /// Cuts a component's mesh into as few charts as it takes and flattens them. Cuts are made until the
 /// energy is within a `share` of the way from 4 to the bound. `map` has UVs of the vertices, whose
-/// tears say where to cut; `marks` has the edges to cut and to avoid; `watch` is told the progress so
-/// far and says whether to go on refining.
+/// tears say where to cut; `marks` has the edges to cut and to avoid; `rates` says what seams cost at
+/// every vertex for each unit of length, 1 if it is not given; `watch` is told the progress so far and
+/// says whether to go on refining.
 ///
 /// A part that has no valid layout in one piece is divided, down to single triangles if it must
 /// be. So is one whose energy stays above the bound, unless that takes too many charts or cuts
@@ -85,6 +89,7 @@ pub fn flat_charts(
     mesh: &TriangleMesh,
     map: Option<&[[f32; 2]]>,
     marks: &ComponentMarks,
+    rates: Option<&[f64]>,
     watch: &Watch,
 ) -> Vec<FlatChart> {
     let goal = Goal {
@@ -102,6 +107,9 @@ pub fn flat_charts(
         allowed: Distortion::allowed(config.distortion_bound),
         map,
         marks,
+        rates,
+        crease_weight: config.crease_weight,
+        tear_weight: config.tear_weight,
         areas: mesh.triangle_areas(),
         max_charts: config.max_charts,
         watch,
@@ -121,6 +129,10 @@ struct Component<'a, 'w> {
     allowed: Distortion,
     map: Option<&'a [[f32; 2]]>,
     marks: &'a ComponentMarks,
+    /// Of every vertex.
+    rates: Option<&'a [f64]>,
+    crease_weight: f64,
+    tear_weight: f64,
     /// Of every triangle.
     areas: Vec<f64>,
     max_charts: Option<usize>,
@@ -131,7 +143,7 @@ impl Component<'_, '_> {
     /// The charts of a part: `most` of them at most, unless it takes more to be valid. There is a
     /// `budget` of Newton steps, see [`refined`], from which those that are taken are subtracted.
     fn charts(&self, part: &Part, most: usize, budget: &mut u64) -> Vec<FlatChart> {
-        let patch = self.marks.patch(part);
+        let patch = self.patch(part);
         let several = part.triangles.len() > 1;
         if let Some(charts) = self.shaped_at_once(part, &patch) {
             return charts;
@@ -274,6 +286,11 @@ impl Component<'_, '_> {
         found
     }
 
+    /// A part, ready to be cut.
+    fn patch(&self, part: &Part) -> Patch {
+        self.marks.patch(part, self.rates, self.crease_weight)
+    }
+
     fn refined(
         &self,
         part: &Part,
@@ -285,7 +302,7 @@ impl Component<'_, '_> {
             .map
             .map(|map| part.vertices.iter().map(|&v| map[v as usize]).collect());
         let cost = match &own {
-            Some(own) => tear_costs(patch, own),
+            Some(own) => tear_costs(patch, own, self.tear_weight),
             None => crease_costs(patch),
         };
         let at_half_edges = own.map(|own| {
@@ -369,7 +386,7 @@ fn reserve(part: &Part) -> u64 {
 
 /// Triangles of a part, laid out, with the winding that they have there and in units of the
 /// surface.
-fn chart(part: &Part, patch: &Patch, chosen: &[u32], layout: &Layout) -> FlatChart {
+pub fn chart(part: &Part, patch: &Patch, chosen: &[u32], layout: &Layout) -> FlatChart {
     let wound = |(&t, flat): (&u32, &[u32; 3])| {
         let mut corners = *flat;
         for (h, &v) in (3 * t..).zip(flat) {
@@ -387,6 +404,7 @@ fn chart(part: &Part, patch: &Patch, chosen: &[u32], layout: &Layout) -> FlatCha
         triangles: chosen.iter().zip(flat).map(wound).collect(),
         source: chosen.iter().map(|&t| part.triangles[t as usize]).collect(),
         distortion: layout.distortion(),
+        is_straight: false,
     }
 }
 
@@ -405,5 +423,6 @@ fn lone_triangle(part: &Part, patch: &Patch) -> FlatChart {
         triangles: vec![[0, 1, 2]],
         source: part.triangles.clone(),
         distortion: Distortion::NONE,
+        is_straight: false,
     }
 }

@@ -26,6 +26,7 @@ pub fn flat_chart(mesh: &TriangleMesh) -> Option<FlatChart> {
         triangles: triangles.to_vec(),
         source: (0..triangles.len() as u32).collect(),
         distortion: Distortion::NONE,
+        is_straight: false,
     })
 }
 

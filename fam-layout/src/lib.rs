@@ -3,15 +3,14 @@
 //! ```
 //! use std::ops::ControlFlow;
 //!
-//! use fam_layout::{LayoutConfig, Marks, MeshInput, lay_out};
+//! use fam_layout::{LayoutConfig, MeshInput, PackError, lay_out};
 //! use fam_surface::{Components, UvMap, shapes};
 //!
-//! # fn main() -> Result<(), fam_surface::SurfaceError> {
+//! # fn main() -> Result<(), PackError> {
 //! let mesh = shapes::torus(1.0, 0.4, 24, 12);
 //! let components = Components::of(&mesh, &[])?;
-//! let marks = Marks::default();
-//! let input = MeshInput { components: &components, map: None, squares: &[], marks: &marks };
-//! let layout = lay_out(&LayoutConfig::default(), &input, &mut |_| ControlFlow::Continue(()));
+//! let input = MeshInput::of(&components);
+//! let layout = lay_out(&LayoutConfig::default(), &input, &mut |_| ControlFlow::Continue(()))?;
 //! let maps: Vec<UvMap> = layout.components.iter().map(|c| c.uvs.clone()).collect();
 //! let uvs = components.uv_map(&maps)?; // a UV for every corner of the mesh, in the unit square
 //! assert!(layout.energy() <= 4.1 && uvs.triangles().len() == mesh.triangles().len());
@@ -33,7 +32,13 @@
 //! 5. `refine`: cut further until its distortion is within the bound; seams that are not needed
 //!    for that are closed. Large ones are cut on simpler surfaces (`simplify`) first.
 //! 6. `divide`: what cannot be had in one piece becomes several charts.
-//! 7. `pack`: all charts side by side in the unit square, at one texel density.
+//! 7. `shape`: if wanted, charts are straightened, turned upright, and divided where the square is used
+//!    better for it.
+//! 8. `pack`: all charts side by side in the unit square, at one texel density.
+//!
+//! With `stack`, only the first of equal components goes through them; the others share its place.
+//!
+//! With a [`Symmetry`] only half of a symmetric component goes through stages 1 to 6 (`symmetry`).
 //!
 //! [`lay_out_cloud`] finds a surface through the points of a cloud first (`cloud`).
 
@@ -52,10 +57,14 @@ mod pack;
 mod parallel;
 mod part;
 mod patch;
+mod placing;
 mod refine;
+mod shape;
 mod simplify;
 mod solve;
+mod stack;
 mod surface;
+mod symmetry;
 mod watch;
 
 use serde::{Deserialize, Serialize};
@@ -63,8 +72,15 @@ use serde::{Deserialize, Serialize};
 pub use cloud::Reconstruction;
 pub use distortion::{Distortion, Measure};
 pub use marks::Marks;
+pub use pack::options::{Fixed, MOST_TILES, PackError, PackOptions, Size, Turns};
 pub use pack::repack::{Repacked, repacked};
+pub use pack::{Chart, Packing, Placement, corner_of_tile, pack};
+pub use placing::Square;
+pub use stack::{Stack, Stacked};
 pub use surface::{lay_out, lay_out_cloud};
+pub use symmetry::Symmetry;
+
+use placing::Belonging;
 
 use fam_surface::{Components, UvMap};
 
@@ -76,14 +92,105 @@ pub struct LayoutConfig {
     pub distortion_bound: f64,
     /// How much a seam costs against distortion: cuts that pay less are left out.
     pub seam_weight: f64,
-    /// Most charts that a component is cut into to come within the bound; if `None`, as many as
-    /// that takes.
+    /// How much more a seam costs where the surface is seen than where it is hidden, by ambient
+    /// occlusion: at 1 eleven times as much in full view as where nothing is seen; at 0 the same.
+    ///
+    /// In 0..=1e6; 0 by default.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub hide_seams: f64,
+    /// The direction from which the surface is seen, of any length: for seams what lies on its far
+    /// side is hidden. If `None`, it is seen from all sides.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seen_from: Option<[f64; 3]>,
+    /// How much a seam costs where it is painted not to be, by [`Marks::with_paint`]: at 1, eleven times
+    /// as much at a paint of 1 as at 0. In 0..=1e6; 1 by default.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub paint_weight: f64,
+    /// How much less a seam costs along creases: by so many tenths where the surface turns by a right
+    /// angle or more, and along [hard edges](Marks::with_hard_edges). In 0..=9; 1 by default.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub crease_weight: f64,
+    /// How much less a seam costs along the tears of a map: by so many tenths. In 0..=9; 1 by default.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub tear_weight: f64,
+    /// Seams are wanted along all edges at which the surface turns by at least so many degrees, except
+    /// forbidden ones. In 1..=180.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hard_angle: Option<f64>,
+    /// Whether the layout is as symmetric as the surface: seams and charts on one side of a mirror plane
+    /// are mirror images of those on the other. It is off by default.
+    ///
+    /// Where vertices are mirror images of each other, to the last bit or nearly, so are UVs, to the
+    /// last bit: `u' = 2a − u` within a chart that lies on the plane, and up to a shift between two
+    /// charts or components. What has no mirror image in the mesh is laid out as if this were off.
+    #[serde(default, skip_serializing_if = "Symmetry::is_off")]
+    pub symmetry: Symmetry,
+    /// Most charts that a component is cut into to come within the bound, or to fill the square; if
+    /// `None`, as many as that takes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_charts: Option<usize>,
+    /// How much better the square must be used for a seam: charts are divided where their pieces fill
+    /// it so much more that it pays. A seam as long as the side of a square of the surface's area is
+    /// worth it where `2 · coverage_weight / √coverage` falls by 1, with the share of the square that charts
+    /// cover: texels are `1 / √coverage` times as large as if all of it were used. At 0 none is divided.
+    ///
+    /// In 0..=1e6; 0 by default.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub coverage_weight: f64,
+    /// Whether charts that are nearly rectangles or strips get straight sides, along the axes, as far as
+    /// their energy stays within the bound.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub straighten: bool,
+    /// The direction, of any length, that is up in the surface's space. Every chart is turned so that it
+    /// is up in the square too. If `None`, charts are turned as they fit best.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub upright: Option<[f64; 3]>,
     /// Empty texels between charts.
     pub margin: f64,
-    /// Texels along the side of the UV square.
+    /// Texels along the side of the UV square, or of each of its tiles. Of no use with a texel density
+    /// and a single tile: the side follows from the density then.
     pub resolution: u32,
+    /// Texels per unit of length of the input. If `None`, charts become as large as found possible.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub texel_density: Option<f64>,
+    /// Most UDIM tiles, in 1..=100: charts are spread over all of them, or over as many as the texel
+    /// density takes. With several UV squares each is a tile.
+    #[serde(default = "one_tile", skip_serializing_if = "is_one_tile")]
+    pub tiles: u32,
+    /// Whether charts begin at corners of texels and the margin counts whole ones, as lightmaps need.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub whole_texels: bool,
+    /// Which components share their place in the square.
+    #[serde(default, skip_serializing_if = "is_none")]
+    pub stack: Stack,
+}
+
+fn is_direction(vector: [f64; 3]) -> bool {
+    vector.iter().all(|c| c.is_finite()) && vector != [0.0; 3]
+}
+
+fn is_none(stack: &Stack) -> bool {
+    *stack == Stack::None
+}
+
+fn is_zero(weight: &f64) -> bool {
+    *weight == 0.0
+}
+
+fn one_tile() -> u32 {
+    1
+}
+
+fn is_one_tile(tiles: &u32) -> bool {
+    *tiles == 1
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn is_one(weight: &f64) -> bool {
+    *weight == 1.0
 }
 
 impl Default for LayoutConfig {
@@ -91,9 +198,23 @@ impl Default for LayoutConfig {
         Self {
             distortion_bound: 4.1,
             seam_weight: 1.0,
+            hide_seams: 0.0,
+            seen_from: None,
+            paint_weight: 1.0,
+            crease_weight: 1.0,
+            tear_weight: 1.0,
+            hard_angle: None,
+            symmetry: Symmetry::Off,
             max_charts: None,
+            coverage_weight: 0.0,
+            straighten: false,
+            upright: None,
             margin: 4.0,
             resolution: 2048,
+            texel_density: None,
+            tiles: 1,
+            whole_texels: false,
+            stack: Stack::None,
         }
     }
 }
@@ -106,12 +227,40 @@ impl LayoutConfig {
             Some("distortion-bound must be a number above 4, the energy of an isometry")
         } else if !(0.0..=1e6).contains(&self.seam_weight) {
             Some("seam-weight must lie in 0..=1e6")
+        } else if !(0.0..=1e6).contains(&self.hide_seams) {
+            Some("hide-seams must lie in 0..=1e6")
+        } else if self.seen_from.is_some_and(|d| !is_direction(d)) {
+            Some("seen-from must be a direction: three finite numbers, not all of them 0")
+        } else if !(0.0..=1e6).contains(&self.paint_weight) {
+            Some("paint-weight must lie in 0..=1e6")
+        } else if !(0.0..=9.0).contains(&self.crease_weight) {
+            Some("crease-weight must lie in 0..=9")
+        } else if !(0.0..=9.0).contains(&self.tear_weight) {
+            Some("tear-weight must lie in 0..=9")
+        } else if self
+            .hard_angle
+            .is_some_and(|angle| !(1.0..=180.0).contains(&angle))
+        {
+            Some("hard-angle must lie in 1..=180 degrees")
+        } else if !(0.0..=1e6).contains(&self.coverage_weight) {
+            Some("coverage-weight must lie in 0..=1e6")
+        } else if self.upright.is_some_and(|d| !is_direction(d)) {
+            Some("upright must be a direction: three finite numbers, not all of them 0")
+        } else if !self.symmetry.is_plane() {
+            Some("symmetry must be a plane: a normal of finite numbers, not all 0, and an offset")
         } else if self.max_charts == Some(0) {
             Some("max-charts must be at least 1")
         } else if !(16..=65_536).contains(&self.resolution) {
             Some("resolution must lie in 16..=65536")
         } else if !(0.0..=f64::from(self.resolution) / 4.0).contains(&self.margin) {
             Some("margin must lie between 0 and a quarter of the resolution")
+        } else if self
+            .texel_density
+            .is_some_and(|d| !(d > 0.0 && d.is_finite()))
+        {
+            Some("texel-density must be a positive number")
+        } else if !(1..=MOST_TILES).contains(&self.tiles) {
+            Some("tiles must lie in 1..=100")
         } else {
             None
         }
@@ -128,8 +277,46 @@ pub struct MeshInput<'a> {
     pub map: Option<&'a [Vec<[f32; 2]>]>,
     /// The UV square of every label; empty if all share one.
     pub squares: &'a [u32],
+    /// For every label how many times as large as others its charts are to be; empty if all are alike.
+    pub weights: &'a [f64],
     /// Where somebody wants seams, and where not.
     pub marks: &'a Marks,
+    /// Charts that stay where they are.
+    pub beside: Option<Beside<'a>>,
+}
+
+impl<'a> MeshInput<'a> {
+    /// A mesh of which nothing else is known.
+    pub fn of(components: &'a Components) -> Self {
+        Self {
+            components,
+            map: None,
+            squares: &[],
+            weights: &[],
+            marks: &marks::NONE,
+            beside: None,
+        }
+    }
+
+    fn belonging(&self, label: u32) -> Belonging {
+        let label = label as usize;
+        Belonging {
+            square: self.squares.get(label).copied().unwrap_or(0),
+            weight: self.weights.get(label).copied().unwrap_or(1.0),
+        }
+    }
+}
+
+/// Charts that are there already and stay where they are. Others are placed around them.
+#[derive(Debug, Clone, Copy)]
+pub struct Beside<'a> {
+    /// The UVs of their triangles.
+    pub uvs: &'a UvMap,
+    /// The UV square of every one of these; empty if all share one.
+    pub squares: &'a [u32],
+    /// Their size, in UV units per unit of length: the others get no larger. Infinite if that is not
+    /// known.
+    pub scale: f64,
 }
 
 /// A step of finishing.
@@ -177,6 +364,9 @@ pub struct ComponentLayout {
     pub root_area: f64,
     /// Length of its seams in input units.
     pub seam_length: f64,
+    /// The component whose place it shares, if it does. All else is as there then, up to the
+    /// [tolerance](fam_surface::congruence::TOLERANCE) within which the two are equal.
+    pub stacked: Option<Stacked>,
 }
 
 impl ComponentLayout {
@@ -191,11 +381,8 @@ impl ComponentLayout {
 pub struct MeshLayout {
     /// Its components.
     pub components: Vec<ComponentLayout>,
-    /// Share of each UV square that charts cover.
-    pub coverage: Vec<f64>,
-    /// Least number of texels between charts of each UV square: less than the margin that was
-    /// asked for where so many charts have no room for it.
-    pub margin: Vec<f64>,
+    /// Its UV squares.
+    pub squares: Vec<Square>,
 }
 
 impl MeshLayout {
@@ -260,6 +447,34 @@ mod tests {
         }
         assert_eq!(of(|c| c.seam_weight = -0.1), Some("seam-weight"));
         assert_eq!(of(|c| c.seam_weight = f64::NAN), Some("seam-weight"));
+        assert_eq!(of(|c| c.hide_seams = -0.1), Some("hide-seams"));
+        assert_eq!(of(|c| c.hide_seams = f64::NAN), Some("hide-seams"));
+        assert_eq!(of(|c| c.seen_from = Some([0.0; 3])), Some("seen-from"));
+        assert_eq!(of(|c| c.paint_weight = -1.0), Some("paint-weight"));
+        assert_eq!(of(|c| c.crease_weight = 9.1), Some("crease-weight"));
+        assert_eq!(of(|c| c.tear_weight = f64::NAN), Some("tear-weight"));
+        assert_eq!(of(|c| c.hard_angle = Some(0.5)), Some("hard-angle"));
+        assert_eq!(of(|c| c.hard_angle = Some(f64::NAN)), Some("hard-angle"));
+        let directions = [[f64::NAN, 0.0, 1.0], [f64::INFINITY, 0.0, 0.0]];
+        for direction in directions {
+            let config = LayoutConfig {
+                seen_from: Some(direction),
+                ..LayoutConfig::default()
+            };
+            assert!(config.problem().is_some(), "{direction:?}");
+        }
+        assert_eq!(of(|c| c.coverage_weight = -1.0), Some("coverage-weight"));
+        assert_eq!(of(|c| c.upright = Some([0.0; 3])), Some("upright"));
+        let plane = |normal: [f64; 3]| LayoutConfig {
+            symmetry: Symmetry::Plane {
+                normal,
+                offset: 0.0,
+            },
+            ..LayoutConfig::default()
+        };
+        assert_eq!(plane([0.0, 2.0, 0.0]).problem(), None);
+        assert!(plane([0.0; 3]).problem().is_some());
+        assert!(plane([f64::NAN, 1.0, 0.0]).problem().is_some());
         assert_eq!(of(|c| c.max_charts = Some(0)), Some("max-charts"));
         assert_eq!(of(|c| c.margin = f64::NAN), Some("margin"));
         assert_eq!(of(|c| c.margin = 600.0), Some("margin"));

@@ -5,12 +5,20 @@ use rayon::prelude::*;
 use crate::cloud::Reconstruction;
 use crate::cloud::places::places;
 use crate::component::{FlatChart, flat_charts};
+use crate::costs::creases::sharp_edges;
+use crate::costs::rates::seam_rates;
 use crate::distortion::Distortion;
 use crate::flat::flat_chart;
-use crate::pack::{Chart, pack, to_f32};
+use crate::marks::ComponentMarks;
+use crate::pack::PackError;
 use crate::parallel::largest_first;
+use crate::placing::{Belonging, coverage, estimate, placed};
+use crate::shape::{Shaping, Surface, is_shaped};
+use crate::stack::{laid_upon, stacked};
+use crate::symmetry::{Mirror, Role, Task, charts_of_both_halves, image_of, roles};
 use crate::watch::Watch;
-use crate::{CloudLayout, ComponentLayout, LayoutConfig, Marks, MeshInput, MeshLayout, Progress};
+use crate::{CloudLayout, ComponentLayout, LayoutConfig, MeshInput, MeshLayout, Progress};
+use fam_surface::congruence::Congruence;
 use fam_surface::vector::{length, sub};
 use fam_surface::{Component, Components, TriangleMesh, UvMap};
 
@@ -28,13 +36,17 @@ const LARGE_CLOUD: usize = 60_000;
 /// Finishes the raw map of a mesh. `observe` is called often, whether there is something new or
 /// not; after it breaks off, nothing is refined any more. The result is valid all the same.
 ///
+/// # Errors
+/// The charts cannot be packed as asked: at a given texel density they need more room than there is, or
+/// those that stay leave none.
+///
 /// # Panics
 /// If the map does not fit the components.
 pub fn lay_out(
     config: &LayoutConfig,
     unfinished: &MeshInput,
     observe: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
-) -> MeshLayout {
+) -> Result<MeshLayout, PackError> {
     lay_out_within(config, |_| SHARE_OF_MESHES, unfinished, observe)
 }
 
@@ -45,44 +57,176 @@ fn lay_out_within(
     share: impl Fn(usize) -> f64 + Sync,
     unfinished: &MeshInput,
     observe: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
-) -> MeshLayout {
+) -> Result<MeshLayout, PackError> {
     let list = &unfinished.components.list;
     let sizes: Vec<usize> = list.iter().map(|c| c.mesh.triangles().len()).collect();
     let unit = common_unit(list);
     let mut observe = observe;
     let watch = Watch::new(list.len(), &mut observe);
     watch.counts(&sizes);
-    let charts = largest_first(&sizes, |i| {
-        let watch = watch.of(i);
-        let mesh = scaled(&list[i].mesh, unit);
-        let marks = unfinished.marks.of_component(&list[i]);
-        let flat = marks.wanted.is_empty().then(|| flat_chart(&mesh)).flatten();
-        let charts = match flat {
+    let copies = stacked(config.stack, unfinished);
+    let rates = seam_rates(config, unfinished, &|| watch.goes_on());
+    let square = |i: usize| unfinished.belonging(list[i].label).square;
+    let is_copy = |i: usize| copies[i].is_some();
+    let roles = roles(config.symmetry, unfinished.components, square);
+    let meshes = |i: usize| scaled(&list[i].mesh, unit);
+    let by_itself = |i: usize, mesh: &TriangleMesh, marks: &ComponentMarks, watch: &Watch| {
+        let flat = marks.wanted.is_empty().then(|| flat_chart(mesh)).flatten();
+        match flat {
             Some(chart) => vec![chart],
             None => {
                 let map = unfinished.map.map(|map| map[i].as_slice());
-                flat_charts(config, share(sizes[i]), &mesh, map, &marks, &watch)
+                let rates = rates.as_ref().map(|rates| rates[i].as_slice());
+                flat_charts(config, share(sizes[i]), mesh, map, marks, rates, watch)
             }
+        }
+    };
+    let own_charts = |i: usize, role: &Role| {
+        let watch = watch.of(i);
+        let mesh = meshes(i);
+        let mut marks = unfinished.marks.of_component(&list[i]);
+        if let Some(angle) = config.hard_angle {
+            marks.want(sharp_edges(&mesh, angle.to_radians()));
+        }
+        let symmetric = match role {
+            Role::Own(own) => {
+                let task = Task {
+                    config,
+                    share: share(sizes[i]),
+                    placed: &list[i].mesh,
+                    mesh: &mesh,
+                    pairing: &own.0,
+                    plane: &own.1,
+                    map: unfinished.map.map(|map| map[i].as_slice()),
+                    marks: &marks,
+                    rates: rates.as_ref().map(|rates| rates[i].as_slice()),
+                    watch: &watch,
+                };
+                charts_of_both_halves(&task, i)
+            }
+            Role::Alone | Role::ImageOf(..) => None,
         };
+        let charts = symmetric.unwrap_or_else(|| {
+            let charts = by_itself(i, &mesh, &marks, &watch);
+            let mirrors = vec![Mirror::None; charts.len()];
+            (charts, mirrors)
+        });
         watch.finishes();
         charts
-    });
-    watch.packs();
-    let square = |c: &Component| {
-        let square = unfinished.squares.get(c.label as usize);
-        square.copied().unwrap_or(0)
     };
-    let squares: Vec<u32> = list.iter().map(square).collect();
-    let placed = placed(config, &charts, &squares, &watch);
-    let components = (0..list.len())
-        .into_par_iter()
-        .map(|c| finished(&list[c].mesh, &charts[c], &placed.uvs[c]))
-        .collect();
-    MeshLayout {
-        components,
-        coverage: placed.coverage,
-        margin: placed.margin,
+    let mut found = largest_first(&sizes, |i| match &roles[i] {
+        _ if is_copy(i) => {
+            watch.of(i).finishes();
+            (Vec::new(), Vec::new())
+        }
+        Role::ImageOf(of, _) if !is_copy(*of) => (Vec::new(), Vec::new()),
+        role => own_charts(i, role),
+    });
+    let images = largest_first(&sizes, |i| match &roles[i] {
+        Role::ImageOf(of, pairing) if !is_copy(i) && !is_copy(*of) => {
+            let images = image_of(&meshes(i), &found[*of].0, *of, pairing);
+            Some(match images {
+                Some(images) => {
+                    watch.of(i).finishes();
+                    images
+                }
+                None => own_charts(i, &Role::Alone),
+            })
+        }
+        Role::Alone | Role::Own(_) | Role::ImageOf(..) => None,
+    });
+    for (found, image) in found.iter_mut().zip(images) {
+        if let Some(image) = image {
+            *found = image;
+        }
     }
+    let (charts, mirrors): (Vec<Vec<FlatChart>>, Vec<Vec<Mirror>>) = found.into_iter().unzip();
+    watch.packs();
+    let belonging: Vec<Belonging> = list
+        .iter()
+        .map(|component| unfinished.belonging(component.label))
+        .collect();
+    let goes_on = || watch.goes_on();
+    let squares: Vec<u32> = belonging.iter().map(|own| own.square).collect();
+    let surfaces: Vec<Surface> = match is_shaped(config) {
+        true => (0..list.len())
+            .into_par_iter()
+            .map(|i| Surface {
+                mesh: scaled(&list[i].mesh, unit),
+                marks: unfinished.marks.of_component(&list[i]),
+                rates: rates.as_ref().map(|rates| rates[i].as_slice()),
+                crease_weight: config.crease_weight,
+            })
+            .collect(),
+        false => Vec::new(),
+    };
+    let shaping = Shaping {
+        config,
+        surfaces: &surfaces,
+        coverage: &|charts| coverage(config, charts, &goes_on),
+        estimate: &|charts| estimate(config, charts, &goes_on),
+        pace: &watch,
+    };
+    let charts = all_but_symmetric(charts, &mirrors, |others| shaping.shaped(others, &squares));
+    // Of a surface without extent any unit will do.
+    let unit = if unit > 0.0 { 2.0 * unit } else { 1.0 };
+    let placed = placed(
+        config,
+        unit,
+        &charts,
+        &mirrors,
+        &belonging,
+        unfinished.beside,
+        &goes_on,
+    )?;
+    let originals: Vec<Option<ComponentLayout>> = (0..list.len())
+        .into_par_iter()
+        .map(|c| {
+            let is_original = copies[c].is_none();
+            is_original.then(|| finished(&list[c].mesh, &charts[c], &placed.uvs[c]))
+        })
+        .collect();
+    let upon = |(c, copy): (usize, &Option<Congruence>)| {
+        let copy = copy.as_ref()?;
+        let layout = originals[copy.original].as_ref()?;
+        Some(laid_upon(&list[c], copy, &list[copy.original], layout))
+    };
+    let upon: Vec<Option<ComponentLayout>> = copies.par_iter().enumerate().map(upon).collect();
+    let all = originals.into_iter().zip(upon);
+    let components = all.filter_map(|(own, upon)| own.or(upon)).collect();
+    Ok(MeshLayout {
+        components,
+        squares: placed.squares,
+    })
+}
+
+/// The charts of all components, those without symmetric charts changed: these would not be symmetric any
+/// more.
+fn all_but_symmetric(
+    mut charts: Vec<Vec<FlatChart>>,
+    mirrors: &[Vec<Mirror>],
+    change: impl FnOnce(Vec<Vec<FlatChart>>) -> Vec<Vec<FlatChart>>,
+) -> Vec<Vec<FlatChart>> {
+    let mut is_symmetric = vec![false; charts.len()];
+    for (c, mirror) in mirrors
+        .iter()
+        .enumerate()
+        .flat_map(|(c, own)| own.iter().map(move |m| (c, m)))
+    {
+        is_symmetric[c] |= *mirror != Mirror::None;
+        if let Mirror::Of { component, .. } = mirror {
+            is_symmetric[*component] = true;
+        }
+    }
+    let mut symmetric: Vec<Vec<FlatChart>> = charts.iter().map(|_| Vec::new()).collect();
+    for c in (0..charts.len()).filter(|&c| is_symmetric[c]) {
+        symmetric[c] = std::mem::take(&mut charts[c]);
+    }
+    let mut changed = change(charts);
+    for c in (0..changed.len()).filter(|&c| is_symmetric[c]) {
+        changed[c] = std::mem::take(&mut symmetric[c]);
+    }
+    changed
 }
 
 /// How far a component of a cloud is cut.
@@ -90,55 +234,6 @@ fn share_of_cloud(triangles: usize) -> f64 {
     match triangles < LARGE_CLOUD {
         true => SHARE_OF_CLOUDS,
         false => SHARE_OF_MESHES,
-    }
-}
-
-/// Charts, packed.
-struct Placed {
-    /// The UVs of every chart of every component.
-    uvs: Vec<Vec<Vec<[f32; 2]>>>,
-    /// Of every UV square.
-    coverage: Vec<f64>,
-    margin: Vec<f64>,
-}
-
-/// The charts of every component, packed. `squares` has the UV square of each component.
-fn placed(
-    config: &LayoutConfig,
-    charts: &[Vec<FlatChart>],
-    squares: &[u32],
-    watch: &Watch,
-) -> Placed {
-    let unplaced = |chart: &FlatChart| vec![[0.0_f32; 2]; chart.uvs.len()];
-    let mut uvs: Vec<Vec<Vec<[f32; 2]>>> = charts
-        .iter()
-        .map(|charts| charts.iter().map(unplaced).collect())
-        .collect();
-    let count = squares.iter().max().map_or(1, |&last| last as usize + 1);
-    let mut members: Vec<Vec<([usize; 2], Chart)>> = vec![Vec::new(); count];
-    for (c, charts) in charts.iter().enumerate() {
-        for (k, chart) in charts.iter().enumerate() {
-            if let Ok(own) = Chart::new(&chart.uvs, &chart.triangles) {
-                members[squares[c] as usize].push(([c, k], own));
-            }
-        }
-    }
-    let (mut coverage, mut margin) = (Vec::new(), Vec::new());
-    for members in members {
-        let own: Vec<Chart> = members.iter().map(|(_, chart)| *chart).collect();
-        let packing = pack(&own, config.margin, config.resolution, &|| watch.goes_on());
-        coverage.push(packing.coverage);
-        margin.push(packing.margin);
-        if let Ok(rounded) = to_f32(&own, &packing) {
-            for (([c, k], _), placed) in members.iter().zip(rounded.uvs) {
-                uvs[*c][*k] = placed;
-            }
-        }
-    }
-    Placed {
-        uvs,
-        coverage,
-        margin,
     }
 }
 
@@ -208,6 +303,7 @@ fn finished(
         root_area: in_input_units(areas.iter().sum::<f64>().sqrt()),
         seam_length: in_input_units(seam_length(&own, &triangles)),
         uvs: UvMap::new(uvs, triangles).unwrap_or_else(|_| flat(mesh)),
+        stacked: None,
     }
 }
 
@@ -246,20 +342,24 @@ fn seam_length(mesh: &TriangleMesh, uv_triangles: &[[u32; 3]]) -> f64 {
 /// UV of one of its triangles, chosen so that few triangles are torn. It is cut further than a
 /// mesh: to a fifth of what the bound is above the energy of an isometry. If `observe` breaks off
 /// before the surface is found, all points keep the raw map's UVs.
+///
+/// # Errors
+/// As [`lay_out`].
 pub fn lay_out_cloud(
     config: &LayoutConfig,
     points: &[[f64; 3]],
     raw: &[[f32; 2]],
     observe: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
-) -> CloudLayout {
-    let left = || CloudLayout {
-        uvs: raw.to_vec(),
-        unreached: points.len(),
-        atlas: MeshLayout {
-            components: Vec::new(),
-            coverage: Vec::new(),
-            margin: Vec::new(),
-        },
+) -> Result<CloudLayout, PackError> {
+    let left = || {
+        Ok(CloudLayout {
+            uvs: raw.to_vec(),
+            unreached: points.len(),
+            atlas: MeshLayout {
+                components: Vec::new(),
+                squares: Vec::new(),
+            },
+        })
     };
     let found = {
         let mut observe = &mut *observe;
@@ -284,12 +384,10 @@ pub fn lay_out_cloud(
         })
         .collect();
     let unfinished = MeshInput {
-        components: &components,
         map: Some(&own),
-        squares: &[],
-        marks: &Marks::default(),
+        ..MeshInput::of(&components)
     };
-    let atlas = lay_out_within(config, share_of_cloud, &unfinished, observe);
+    let atlas = lay_out_within(config, share_of_cloud, &unfinished, observe)?;
     let mut placed: Vec<Option<[f32; 2]>> = vec![None; points.len()];
     for (component, finished) in components.list.iter().zip(&atlas.components) {
         let own = places(&component.mesh, &finished.uvs);
@@ -299,7 +397,7 @@ pub fn lay_out_cloud(
     }
     let of_point = |vertex: &Option<u32>| placed[(*vertex)? as usize];
     let uvs: Vec<Option<[f32; 2]>> = reconstruction.vertices.iter().map(of_point).collect();
-    CloudLayout {
+    Ok(CloudLayout {
         unreached: uvs.iter().filter(|uv| uv.is_none()).count(),
         uvs: uvs
             .iter()
@@ -307,5 +405,5 @@ pub fn lay_out_cloud(
             .map(|(uv, raw)| uv.unwrap_or(*raw))
             .collect(),
         atlas,
-    }
+    })
 }

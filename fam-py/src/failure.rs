@@ -3,6 +3,7 @@
 use fam::UnwrapError;
 use fam_core::map::ModelFileError;
 use fam_io::{ReadError, WriteError};
+use fam_layout::PackError;
 use fam_surface::SurfaceError;
 use pyo3::prelude::*;
 use pyo3::types::PyType;
@@ -51,6 +52,12 @@ impl From<UnwrapError> for Failure {
             }
             _ => Self::Input(error.to_string()),
         }
+    }
+}
+
+impl From<PackError> for Failure {
+    fn from(error: PackError) -> Self {
+        Self::Input(error.to_string())
     }
 }
 

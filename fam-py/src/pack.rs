@@ -1,6 +1,6 @@
 //! Packing charts that are there.
 
-use fam_layout::{LayoutConfig, Repacked, repacked};
+use fam_layout::{LayoutConfig, PackOptions, Repacked, Turns, repacked};
 use fam_surface::UvMap;
 use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
@@ -28,7 +28,16 @@ pub fn pack(
             return Err(Failure::Input(in_python(problem)));
         }
         let uvs = rows(&uvs)?;
-        Job::start(move |_| Ok(repacked(&UvMap::of_corners(&uvs)?, margin, resolution)?))
+        Job::start(move |_| {
+            let options = PackOptions::new(margin, resolution);
+            Ok(repacked(
+                &UvMap::of_corners(&uvs)?,
+                &[],
+                None,
+                Turns::Free,
+                &options,
+            )?)
+        })
     };
     start().map_err(|failure| failure.exception(py))
 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 use fam::{Method, Options, Parting};
 use fam_cli::BackendName;
 use fam_core::training::TrainingConfig;
-use fam_layout::LayoutConfig;
+use fam_layout::{LayoutConfig, Stack, Symmetry};
 use fam_surface::Duplicates;
 use pyo3::prelude::*;
 
@@ -19,9 +19,21 @@ pub struct Settings {
     method: String,
     distortion_bound: f64,
     seam_weight: f64,
+    hide_seams: f64,
+    seen_from: Option<[f64; 3]>,
+    hard_angle: Option<f64>,
+    crease_weight: f64,
+    symmetry: String,
+    stack: String,
+    straighten: bool,
+    upright: Option<[f64; 3]>,
+    coverage_weight: f64,
     max_charts: Option<usize>,
     margin: f64,
     resolution: u32,
+    texel_density: Option<f64>,
+    tiles: u32,
+    whole_texels: bool,
     separate_duplicates: bool,
     /// In seconds.
     time_budget: Option<f64>,
@@ -37,13 +49,46 @@ impl Settings {
         let config = LayoutConfig {
             distortion_bound: self.distortion_bound,
             seam_weight: self.seam_weight,
+            hide_seams: self.hide_seams,
+            seen_from: self.seen_from,
+            hard_angle: self.hard_angle,
+            crease_weight: self.crease_weight,
+            symmetry: self.symmetry()?,
+            stack: self.stack()?,
+            straighten: self.straighten,
+            upright: self.upright,
+            coverage_weight: self.coverage_weight,
             max_charts: self.max_charts,
             margin: self.margin,
             resolution: self.resolution,
+            texel_density: self.texel_density,
+            tiles: self.tiles,
+            whole_texels: self.whole_texels,
+            ..LayoutConfig::default()
         };
         match config.problem() {
             None => Ok(config),
             Some(problem) => Err(Failure::Input(in_python(problem))),
+        }
+    }
+
+    fn symmetry(&self) -> Result<Symmetry, Failure> {
+        match self.symmetry.as_str() {
+            "off" => Ok(Symmetry::Off),
+            "auto" => Ok(Symmetry::Auto),
+            "x" => Ok(Symmetry::X),
+            "y" => Ok(Symmetry::Y),
+            "z" => Ok(Symmetry::Z),
+            other => Err(Failure::Input(format!("there is no symmetry {other:?}"))),
+        }
+    }
+
+    fn stack(&self) -> Result<Stack, Failure> {
+        match self.stack.as_str() {
+            "none" => Ok(Stack::None),
+            "identical" => Ok(Stack::Identical),
+            "mirrored" => Ok(Stack::Mirrored),
+            other => Err(Failure::Input(format!("there is no stack {other:?}"))),
         }
     }
 

@@ -1,5 +1,6 @@
 use fam_core::map::ModelFileError;
 use fam_core::training::TrainingError;
+use fam_layout::PackError;
 use fam_surface::SurfaceError;
 
 /// Why a surface was not unwrapped.
@@ -8,6 +9,9 @@ pub enum UnwrapError {
     /// The surface cannot be laid out.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
+    /// The charts cannot be packed as asked.
+    #[error(transparent)]
+    Pack(#[from] PackError),
     /// The layout's configuration makes no sense: a message that names the field.
     #[error("{0}")]
     Config(&'static str),
@@ -17,6 +21,9 @@ pub enum UnwrapError {
     /// [`FinishMode::None`](crate::FinishMode::None) leaves a raw map, and there is none.
     #[error("the direct method makes no raw map")]
     NoRawMap,
+    /// Only the direct method keeps UVs that are there.
+    #[error("UVs that are there are kept by the direct method only")]
+    KeptByNetworks,
     /// The networks cannot be trained on the surface.
     #[error(transparent)]
     Training(TrainingError),

@@ -1,10 +1,16 @@
 //! The layout of a surface, with or without a map that says where to cut.
 
-use fam_layout::{CloudLayout, LayoutConfig, Marks, MeshInput, MeshLayout, lay_out, lay_out_cloud};
+use std::collections::BTreeSet;
+
+use fam_layout::{
+    Beside, CloudLayout, LayoutConfig, Marks, MeshInput, MeshLayout, lay_out, lay_out_cloud,
+};
+use fam_surface::metrics::seam_edges;
 use fam_surface::seams::{SeamRule, SeamThreshold, Seams};
-use fam_surface::{Components, Normalization, PointCloud, SurfaceError, UvMap};
+use fam_surface::{Components, Normalization, PointCloud, SurfaceError, TriangleMesh, UvMap};
 use serde::Serialize;
 
+use crate::error::UnwrapError;
 use crate::options::Options;
 use crate::progress::Watch;
 
@@ -63,21 +69,25 @@ pub struct Placed {
     pub laid_out: Option<LaidOut>,
 }
 
-/// Lays out a mesh; `map` says where to cut, `cuts` are the edges between components.
+/// Lays out a mesh; `map` says where to cut, `cuts` are the edges between components, and charts
+/// `beside` stay where they are.
 pub fn mesh(
     options: &Options,
     components: &Components,
     map: Option<&[Vec<[f32; 2]>]>,
     cuts: &[[u32; 2]],
+    beside: Option<Beside>,
     watch: &mut Watch,
-) -> Result<Placed, SurfaceError> {
+) -> Result<Placed, UnwrapError> {
     let input = MeshInput {
-        components,
         map,
         squares: &options.parting.squares,
+        weights: &options.parting.weights,
         marks: &options.marks,
+        beside,
+        ..MeshInput::of(components)
     };
-    let layout = lay_out(&options.layout, &input, &mut |now| watch.lays_out(now));
+    let layout = lay_out(&options.layout, &input, &mut |now| watch.lays_out(now))?;
     let maps: Vec<UvMap> = layout.components.iter().map(|c| c.uvs.clone()).collect();
     let seams = Seams::of_components(components, &maps, cuts)?;
     Ok(Placed {
@@ -94,19 +104,52 @@ pub fn mesh(
     })
 }
 
+/// A mesh whose UVs all stay.
+pub fn untouched(
+    options: &Options,
+    mesh: &TriangleMesh,
+    uvs: &UvMap,
+) -> Result<Placed, SurfaceError> {
+    Ok(Placed {
+        seams: seams(mesh, uvs)?,
+        uvs: Uvs::Mesh(uvs.clone()),
+        thresholds: Vec::new(),
+        laid_out: Some(LaidOut {
+            config: options.layout.clone(),
+            stopped: false,
+            marks: None,
+            layout: MeshLayout {
+                components: Vec::new(),
+                squares: Vec::new(),
+            },
+            unreached: None,
+        }),
+    })
+}
+
+/// Where UVs cut a mesh.
+pub fn seams(mesh: &TriangleMesh, uvs: &UvMap) -> Result<Seams, SurfaceError> {
+    let edges = seam_edges(mesh, uvs)?;
+    let points: BTreeSet<u32> = edges.iter().flatten().copied().collect();
+    Ok(Seams {
+        points: points.into_iter().collect(),
+        edges,
+    })
+}
+
 /// Lays out a point cloud that a map gives the UVs `raw`.
 pub fn cloud(
     options: &Options,
     cloud: &PointCloud,
     raw: &[[f32; 2]],
     watch: &mut Watch,
-) -> Result<Placed, SurfaceError> {
+) -> Result<Placed, UnwrapError> {
     let points = cloud.points();
     let CloudLayout {
         uvs,
         unreached,
         atlas,
-    } = lay_out_cloud(&options.layout, points, raw, &mut |now| watch.lays_out(now));
+    } = lay_out_cloud(&options.layout, points, raw, &mut |now| watch.lays_out(now))?;
     let normalization = Normalization::of(points)?;
     let (seams, threshold) = point_seams(options.seam_rule, points, &uvs, &normalization);
     Ok(Placed {

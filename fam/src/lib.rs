@@ -28,6 +28,7 @@
 //! the layout, then [`Unwrapped`], of which [`Report`] is the part that is written down.
 
 mod error;
+mod kept;
 mod layout;
 mod measured;
 mod method;
@@ -42,6 +43,7 @@ mod unwrapped;
 mod warnings;
 
 pub use error::UnwrapError;
+pub use kept::Kept;
 pub use layout::{LaidOut, MarksReport, Uvs};
 pub use measured::in_a_row;
 pub use method::{FinishMode, Method, Used};

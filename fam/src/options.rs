@@ -5,6 +5,7 @@ use fam_core::training::TrainingConfig;
 use fam_layout::{LayoutConfig, Marks};
 use fam_surface::seams::SeamRule;
 
+use crate::kept::Kept;
 use crate::method::{FinishMode, Method};
 use crate::parting::Parting;
 
@@ -23,6 +24,8 @@ pub struct Options {
     pub parting: Parting,
     /// Edges to cut along, and not to.
     pub marks: Marks,
+    /// UVs that are there and stay, for the direct method: what is new is laid out beside them.
+    pub kept: Option<Kept>,
     /// What counts as torn in a cloud or a raw map.
     pub seam_rule: SeamRule,
     /// About how long it may take. Training is planned for it; the layout is no longer refined
@@ -42,6 +45,7 @@ impl Default for Options {
             layout: LayoutConfig::default(),
             parting: Parting::default(),
             marks: Marks::default(),
+            kept: None,
             seam_rule: SeamRule::Spacing,
             time_budget: None,
             resume: None,

@@ -6,13 +6,15 @@ use fam_core::atlas::Division;
 use fam_surface::Duplicates;
 
 /// Which triangles belong together, and which share a UV square.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Parting {
     /// For every triangle a label; triangles of different labels are never in one chart. Empty if
     /// all are alike.
     pub labels: Vec<u32>,
     /// For every label the UV square that its charts are in. Empty if all share one.
     pub squares: Vec<u32>,
+    /// For every label how many times as large as others its charts are. Empty if all are alike.
+    pub weights: Vec<f64>,
     /// What becomes of triangles that repeat others.
     pub duplicates: Duplicates,
 }
@@ -24,6 +26,18 @@ impl Parting {
             labels: objects.to_vec(),
             ..Self::default()
         }
+    }
+
+    /// The same with a square for every label.
+    pub fn with_square_per_label(mut self) -> Self {
+        let mut labels = self.labels.clone();
+        labels.sort_unstable();
+        labels.dedup();
+        self.squares = vec![0; labels.last().map_or(0, |&last| last as usize + 1)];
+        for (square, label) in (0..).zip(labels) {
+            self.squares[label as usize] = square;
+        }
+        self
     }
 
     /// Objects and materials are apart, each material with a square of its own. `materials` has one
@@ -50,7 +64,7 @@ impl Parting {
         Self {
             labels: materials.iter().enumerate().map(label).collect(),
             squares,
-            duplicates: Duplicates::default(),
+            ..Self::default()
         }
     }
 
@@ -83,5 +97,9 @@ mod tests {
         assert_eq!([0, 1, 2, 3].map(square), [2, 2, 0, 1]);
         assert_ne!(parting.labels[0], parting.labels[1]);
         assert_eq!(Parting::by_object(&objects).labels, objects);
+        let own = Parting::by_object(&[4, 0, 4, 2]).with_square_per_label();
+        assert_eq!([4, 0, 2].map(|label: usize| own.squares[label]), [2, 0, 1]);
+        assert_eq!(own.uv_squares(), 3);
+        assert_eq!(Parting::default().with_square_per_label().uv_squares(), 1);
     }
 }

@@ -5,10 +5,12 @@ use std::time::Instant;
 use burn::tensor::backend::AutodiffBackend;
 use fam_core::atlas::{Atlas, Flattened, Start};
 use fam_core::training::{CheckpointError, Strategies, TrainingError};
+use fam_layout::Beside;
 use fam_surface::metrics::Metrics;
-use fam_surface::{Components, Surface, SurfaceError};
+use fam_surface::{Components, Surface, SurfaceError, TriangleMesh};
 
 use crate::error::UnwrapError;
+use crate::kept::{Kept, There};
 use crate::layout::{self, Placed, Uvs};
 use crate::measured::measured;
 use crate::method::{FinishMode, Used};
@@ -54,22 +56,19 @@ pub fn unwrap_direct<M>(
     let Surface::Mesh(mesh) = surface else {
         return Err(UnwrapError::CloudWithoutMap);
     };
-    let parting = &options.parting;
-    let components = Components::with(mesh, &parting.labels, parting.duplicates)?;
-    if components.conditioning.zero_area_triangles == mesh.triangles().len() {
-        return Err(SurfaceError::TooSmall("its triangles have no area").into());
-    }
-    let cuts = components.cuts(mesh, !parting.squares.is_empty());
     let deadline = options.time_budget.map(|b| plan::deadline(started, b));
     let mut watch = Watch::new(observe, deadline);
-    let placed = layout::mesh(options, &components, None, &cuts, &mut watch)?;
+    let (placed, components) = match &options.kept {
+        None => laid_out(mesh, options, None, &mut watch)?,
+        Some(kept) => laid_out_beside(mesh, options, kept, &mut watch)?,
+    };
     let layout_time = started.elapsed();
     let (metrics, _) = both_metrics(surface, options, &placed.uvs, None)?;
     Ok(Unwrapped {
         method: Used::Direct,
         map: None,
         training: None,
-        components: Some(components),
+        components,
         uvs: placed.uvs,
         layout: placed.laid_out,
         seams: placed.seams,
@@ -81,6 +80,52 @@ pub fn unwrap_direct<M>(
     })
 }
 
+/// The layout of a mesh, charts `beside` staying where they are, and what it was taken apart into.
+fn laid_out(
+    mesh: &TriangleMesh,
+    options: &Options,
+    beside: Option<Beside>,
+    watch: &mut Watch,
+) -> Result<(Placed, Option<Components>), UnwrapError> {
+    let parting = &options.parting;
+    let components = Components::with(mesh, &parting.labels, parting.duplicates)?;
+    if components.conditioning.zero_area_triangles == mesh.triangles().len() {
+        return Err(SurfaceError::TooSmall("its triangles have no area").into());
+    }
+    let cuts = components.cuts(mesh, !parting.squares.is_empty());
+    let placed = layout::mesh(options, &components, None, &cuts, beside, watch)?;
+    Ok((placed, Some(components)))
+}
+
+/// The layout of what does not keep its UVs, beside what does.
+fn laid_out_beside(
+    mesh: &TriangleMesh,
+    options: &Options,
+    kept: &Kept,
+    watch: &mut Watch,
+) -> Result<(Placed, Option<Components>), UnwrapError> {
+    let Some(others) = kept.others(mesh)? else {
+        return Ok((layout::untouched(options, mesh, kept.uvs())?, None));
+    };
+    let own = Options {
+        parting: kept.parting(&options.parting),
+        ..options.clone()
+    };
+    let there = kept.there(mesh, &options.parting)?;
+    let beside = there.as_ref().map(There::beside);
+    let (mut placed, mut components) = laid_out(&others, &own, beside, watch)?;
+    if let Some(components) = &mut components {
+        let used = mesh.used_vertices().len();
+        components.conditioning.unreferenced_vertices = mesh.positions().len() - used;
+    }
+    if let Uvs::Mesh(new) = &placed.uvs {
+        let merged = kept.merged(new)?;
+        placed.seams = layout::seams(mesh, &merged)?;
+        placed.uvs = Uvs::Mesh(merged);
+    }
+    Ok((placed, components))
+}
+
 fn neural<B: AutodiffBackend>(
     surface: &Surface,
     options: &Options,
@@ -90,6 +135,9 @@ fn neural<B: AutodiffBackend>(
 ) -> Result<Unwrapped<Atlas<B::InnerBackend>>, UnwrapError> {
     let started = Instant::now();
     check(options)?;
+    if options.kept.is_some() {
+        return Err(UnwrapError::KeptByNetworks);
+    }
     let deadline = options.time_budget.map(|b| plan::deadline(started, b));
     let mut watch = Watch::new(observe, deadline);
     let config = match (&options.resume, options.time_budget) {
@@ -180,12 +228,12 @@ fn placed<B: AutodiffBackend>(
     trained: &Trained<B>,
     raw: &Uvs,
     watch: &mut Watch,
-) -> Result<Placed, SurfaceError> {
+) -> Result<Placed, UnwrapError> {
     let flattened = &trained.flattened;
     match (options.finish, surface, raw, &flattened.components) {
         (FinishMode::Full, Surface::Mesh(_), _, Some(components)) => {
             let map = Some(flattened.uvs.as_slice());
-            layout::mesh(options, components, map, &flattened.cuts, watch)
+            layout::mesh(options, components, map, &flattened.cuts, None, watch)
         }
         (FinishMode::Full, Surface::PointCloud(cloud), Uvs::Points(raw), _) => {
             layout::cloud(options, cloud, raw, watch)

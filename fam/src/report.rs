@@ -55,6 +55,8 @@ struct LayoutReport {
     seam_length: f64,
     coverage: Vec<f64>,
     margin: Vec<f64>,
+    tiles: Vec<u32>,
+    resolution: Vec<u32>,
 }
 
 /// One component.
@@ -100,7 +102,9 @@ impl Report {
             PartReport {
                 triangles: component.map(|c: &Component| c.mesh.triangles().len()),
                 training: parts.map(|parts| PartTraining::new(&parts[i])),
-                finish: layout.map(|one| PartFinish::new(&one.layout.components[i])),
+                finish: layout
+                    .and_then(|one| one.layout.components.get(i))
+                    .map(PartFinish::new),
             }
         };
         let seams = &unwrapped.seams;
@@ -137,7 +141,7 @@ impl Report {
                 metrics.conformality,
                 metrics.flipped_triangles,
                 metrics.triangles,
-                metrics.overlapping_pairs,
+                metrics.unintended_overlaps(),
                 self.torn_edges.unwrap_or(0),
                 if self.finish.is_some() { "cut" } else { "torn" },
             ),
@@ -199,12 +203,15 @@ impl FinishReport {
 
 impl LayoutReport {
     fn new(layout: &MeshLayout) -> Self {
+        let squares = layout.squares.iter();
         Self {
             charts: layout.components.iter().map(|one| one.charts).sum(),
             energy: layout.energy(),
             seam_length: layout.relative_seam_length(),
-            coverage: layout.coverage.clone(),
-            margin: layout.margin.clone(),
+            coverage: squares.clone().map(|one| one.coverage).collect(),
+            margin: squares.clone().map(|one| one.margin).collect(),
+            tiles: squares.clone().map(|one| one.tiles).collect(),
+            resolution: squares.map(|one| one.resolution).collect(),
         }
     }
 }

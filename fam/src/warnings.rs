@@ -173,7 +173,7 @@ fn too_many_charts(layout: &MeshLayout, config: &LayoutConfig) -> Option<Warning
 
 /// That charts lie closer together than was asked for.
 fn too_narrow(layout: &MeshLayout, config: &LayoutConfig) -> Option<Warning> {
-    let least = layout.margin.iter().copied().reduce(f64::min)?;
+    let least = layout.squares.iter().map(|s| s.margin).reduce(f64::min)?;
     let asked = config.margin;
     (least < asked).then_some(Warning::NarrowMargin { least, asked })
 }
@@ -183,7 +183,7 @@ fn invalid(metrics: &Metrics) -> Vec<Warning> {
     let all = [
         Warning::Collapsed(metrics.collapsed_triangles),
         Warning::Flipped(metrics.flipped_triangles),
-        Warning::Overlapping(metrics.overlapping_pairs),
+        Warning::Overlapping(metrics.unintended_overlaps()),
     ];
     let none = [
         Warning::Collapsed(0),
@@ -205,6 +205,7 @@ fn of_components(some: usize, all: usize) -> String {
 
 #[cfg(test)]
 mod tests {
+    use fam_layout::Square;
     use fam_surface::UvMap;
 
     use super::*;
@@ -216,6 +217,7 @@ mod tests {
             distortion,
             root_area: 1.0,
             seam_length: 0.0,
+            stacked: None,
         }
     }
 
@@ -228,8 +230,12 @@ mod tests {
             stopped: false,
             marks: None,
             layout: MeshLayout {
-                coverage: vec![0.5],
-                margin: vec![margin],
+                squares: vec![Square {
+                    coverage: 0.5,
+                    margin,
+                    tiles: 1,
+                    resolution: 2048,
+                }],
                 components,
             },
             unreached: Some(unreached),

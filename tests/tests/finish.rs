@@ -207,6 +207,9 @@ fn options_reach_the_configuration_and_nonsense_is_refused() {
         "3",
         "--resolution",
         "512",
+        "--hide-seams=0.5",
+        "--seen-from",
+        "-z",
     ];
     succeeds(folder.path(), &brief(&options));
     let out = folder.path().join("sample.fam");
@@ -214,7 +217,7 @@ fn options_reach_the_configuration_and_nonsense_is_refused() {
         toml::from_str(&fs::read_to_string(out.join("config.toml")).unwrap()).unwrap();
     let expected: toml::Table = toml::from_str(
         "mode = \"full\"\ndistortion-bound = 4.5\nseam-weight = 2.0\nmax-charts = 3\n\
-         margin = 2.0\nresolution = 512\n",
+         margin = 2.0\nresolution = 512\nhide-seams = 0.5\nseen-from = [0.0, 0.0, -1.0]\n",
     )
     .unwrap();
     assert_eq!(config["finish"].as_table(), Some(&expected));
@@ -227,13 +230,21 @@ fn options_reach_the_configuration_and_nonsense_is_refused() {
         ("--distortion-bound", "inf"),
         ("--seam-weight", "-1"),
         ("--seam-weight", "nan"),
+        ("--hide-seams=-1", ""),
+        ("--hide-seams=nan", ""),
         ("--max-charts", "0"),
         ("--margin", "-2"),
         ("--margin", "1e9"),
         ("--resolution", "0"),
     ] {
-        let name = option.trim_start_matches('-');
-        refuses(folder.path(), &["unwrap", option, value], &[name]);
+        let name = option.trim_start_matches('-').split('=').next();
+        let arguments = ["unwrap", option, value];
+        let given = arguments.iter().filter(|text| !text.is_empty());
+        refuses(
+            folder.path(),
+            &given.copied().collect::<Vec<_>>(),
+            &[name.unwrap()],
+        );
     }
     fs::write(folder.path().join("c.toml"), "[finish]\nbound = 5\n").unwrap();
     let config = brief(&["--config", "c.toml"]);

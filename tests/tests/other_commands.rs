@@ -69,6 +69,13 @@ fn metrics_of_a_known_layout() {
         (&metrics["charts"], &metrics["uv_coverage"]),
         (&1.into(), &1.0.into())
     );
+    assert!(metrics["seam_visibility"].is_null(), "no seams");
+    let apart = square.replace("vt 0 1\n", "vt 0 1\nvt 2 0\nvt 2 1\n");
+    let apart = apart.replace("f 1/1 3/3 4/4", "f 1/5 3/6 4/4");
+    fs::write(folder.path().join("apart.obj"), apart).unwrap();
+    let run = succeeds(folder.path(), &["metrics", "apart.obj", "--json"]);
+    let metrics: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    assert_eq!(metrics["seam_visibility"], 1.0, "nothing hides a sheet");
     let table = succeeds(folder.path(), &["metrics", "square.obj"]).stdout;
     assert!(table.contains("conformality") && table.contains("charts"));
 

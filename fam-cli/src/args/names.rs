@@ -7,6 +7,8 @@ use fam_core::losses::Objective;
 use fam_core::sampling::Sampling;
 use fam_core::training::Ablation;
 use fam_io::Format;
+use fam_layout::{Stack, Turns};
+use fam_surface::metrics::engine::Purpose;
 use fam_surface::seams::SeamRule;
 use serde::{Deserialize, Serialize};
 
@@ -57,4 +59,7 @@ names!(SamplingName for Sampling { PoissonDisk, Vertices });
 names!(Part for Ablation { DeformBranch, UnwrapBranch, CutNet });
 names!(FinishName for FinishMode { Full, None });
 names!(MethodName for Method { Auto, Direct, Neural });
+names!(TurnsName for Turns { Free, Quarters, None });
+names!(PurposeName for Purpose { Lightmap, Texture });
+names!(StackName for Stack { None, Identical, Mirrored });
 names!(SeamRuleName for SeamRule { Spacing, Paper });

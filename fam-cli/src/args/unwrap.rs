@@ -1,13 +1,16 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use fam_layout::Symmetry;
 use serde::{Deserialize, Serialize};
 
+use crate::paint::Paint;
 use crate::shard::Shard;
+use crate::weights::Weight;
 
 use super::names::{
     BackendName, FinishName, FormatName, JacobianName, MethodName, ObjectiveName, Part, Preset,
-    SamplingName, SeamRuleName,
+    SamplingName, SeamRuleName, StackName,
 };
 
 /// Time between checkpoints: what an end in the middle costs.
@@ -65,6 +68,10 @@ pub struct Unwrap {
     /// Give every material a UV square of its own; else all share one
     #[arg(long)]
     pub per_material: bool,
+
+    /// Give every object a UV square of its own
+    #[arg(long, conflicts_with = "per_material")]
+    pub per_object: bool,
 
     /// Give triangles that coincide with others room of their own, as lightmaps need; else they
     /// share UVs, as the two sides of a sheet do
@@ -214,6 +221,90 @@ pub struct Unwrap {
     )]
     pub seam_weight: Option<f64>,
 
+    /// Cut where little is seen: in folds, behind parts that lie before others, inside
+    ///
+    /// What is seen is found by ambient occlusion, with the mesh itself in the way. At the weight of
+    /// 1, which is that of the option alone, a seam costs eleven times as much where nothing hides it
+    /// as where nothing is seen. A lower weight makes shorter seams [default: 0]
+    #[arg(
+        long,
+        value_name = "WEIGHT",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "1",
+        help_heading = "Finishing",
+        allow_negative_numbers = true
+    )]
+    pub hide_seams: Option<f64>,
+
+    /// Hide seams from one side only: x, y or z with a sign, or a vector X,Y,Z
+    ///
+    /// With `+z` seams go to undersides, with `-y` behind what faces the negative y axis. The weight
+    /// is that of --hide-seams, or 1.
+    #[arg(
+        long,
+        value_name = "DIRECTION",
+        value_parser = crate::direction::direction,
+        help_heading = "Finishing",
+        allow_hyphen_values = true
+    )]
+    pub seen_from: Option<[f64; 3]>,
+
+    /// Lay out mirror images as mirror images: seams and charts of both sides are the same
+    ///
+    /// `auto` finds the plane, `x` is across the x axis; four numbers are a plane of your own, its
+    /// normal and its offset along that: 1,0,0,0.5. Parts without such a symmetry are laid out as
+    /// usual. Seams may be longer for it. [default: off]
+    #[arg(
+        long,
+        value_name = "PLANE",
+        value_parser = crate::symmetry::symmetry,
+        help_heading = "Finishing",
+        allow_hyphen_values = true
+    )]
+    pub symmetry: Option<Symmetry>,
+
+    /// Let equal parts share their place in the square, on purpose: `identical` ones, or `mirrored` ones
+    /// as well, whose triangles are clockwise then
+    #[arg(long, value_enum, value_name = "PARTS", help_heading = "Finishing")]
+    pub stack: Option<StackName>,
+
+    /// Straighten charts that are nearly rectangles or strips, such as pipes and frames, along the axes
+    ///
+    /// Only within --distortion-bound.
+    #[arg(long, help_heading = "Finishing")]
+    pub straighten: bool,
+
+    /// Turn every chart so that what is up in the world is up in the texture; +y is up, or another
+    /// direction as for --seen-from
+    #[arg(
+        long,
+        value_name = "DIRECTION",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "+y",
+        value_parser = crate::direction::direction,
+        help_heading = "Finishing",
+        allow_hyphen_values = true
+    )]
+    pub upright: Option<[f64; 3]>,
+
+    /// Divide long and hooked charts where the square is filled so much better that it pays for the
+    /// seam [default: 0]
+    ///
+    /// Without a weight it is 1: a seam as long as the root of the surface's area is worth it where 1 over
+    /// the root of the share of the square that charts cover falls by a half.
+    #[arg(
+        long,
+        value_name = "WEIGHT",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "1",
+        help_heading = "Finishing",
+        allow_negative_numbers = true
+    )]
+    pub coverage_weight: Option<f64>,
+
     /// Most charts for each connected piece of a mesh [default: as many as the bound takes]
     #[arg(long, value_name = "N", help_heading = "Finishing")]
     pub max_charts: Option<usize>,
@@ -230,6 +321,39 @@ pub struct Unwrap {
     /// Texels along a side of the texture that the margin is meant for [default: 2048]
     #[arg(long, value_name = "TEXELS", help_heading = "Finishing")]
     pub resolution: Option<u32>,
+
+    /// Texels per unit of length; without it charts become as large as they fit
+    ///
+    /// The texture is as large as it has to be then, which metrics.json tells; with --udim as many tiles
+    /// of --resolution are filled as it takes.
+    #[arg(
+        long,
+        value_name = "TEXELS",
+        help_heading = "Finishing",
+        allow_negative_numbers = true
+    )]
+    pub texel_density: Option<f64>,
+
+    /// Spread the charts over N UDIM tiles; with --texel-density over N at most
+    ///
+    /// Tile 1001 is the unit square, 1002 the next to the right, 1011 the one above. With --per-material
+    /// or --per-object, every material or object has a tile.
+    #[arg(long, value_name = "N", help_heading = "Finishing")]
+    pub udim: Option<u32>,
+
+    /// Begin charts at corners of texels and leave whole texels between them, for lightmaps
+    #[arg(long, help_heading = "Finishing")]
+    pub whole_texels: bool,
+
+    /// Give a material or an object FACTOR times as many texels along every length as others; may be
+    /// repeated
+    #[arg(
+        long,
+        value_name = "NAME=FACTOR",
+        value_parser = crate::weights::weight,
+        help_heading = "Finishing"
+    )]
+    pub weight: Vec<Weight>,
 
     /// Cut along all edges that FILE marks, before looking for other cuts
     ///
@@ -250,6 +374,84 @@ pub struct Unwrap {
     #[arg(long, value_name = "FILE", help_heading = "Finishing")]
     pub no_seams: Option<PathBuf>,
 
+    /// Keep the seams of the UVs that the mesh has, and flatten its charts anew
+    ///
+    /// No other edges are cut, unless there is no other way to a valid layout; a warning says how many
+    /// were. The distortion may stay above --distortion-bound for it. `fam pack` keeps the charts
+    /// themselves.
+    #[arg(long, help_heading = "Finishing")]
+    pub keep_seams: bool,
+
+    /// Lower the distortion of the UVs that the mesh has, without new seams
+    ///
+    /// Charts within --distortion-bound that neither overlap nor have flipped triangles stay byte for
+    /// byte. The others are flattened anew, as with --keep-seams, and placed beside those, at the size of
+    /// these at most.
+    #[arg(
+        long,
+        conflicts_with_all = ["keep_seams", "only", "selected", "seams", "no_seams"],
+        help_heading = "Finishing"
+    )]
+    pub improve: bool,
+
+    /// Unwrap only a material or an object; the UVs of all others stay byte for byte; may be repeated
+    ///
+    /// What is new is placed beside them, at their size at most.
+    #[arg(long, value_name = "NAME", help_heading = "Finishing")]
+    pub only: Vec<String>,
+
+    /// Unwrap only faces whose vertices have a value of more than 0.5 of an attribute of the file
+    ///
+    /// A property of PLY, an attribute of glTF such as _SELECTED or COLOR_0, or `color` in OBJ. The UVs of
+    /// all others stay.
+    #[arg(long, value_name = "ATTRIBUTE", help_heading = "Finishing")]
+    pub selected: Option<String>,
+
+    /// Cut along all edges at which the surface turns by DEGREES or more, as baked normal maps like it
+    ///
+    /// Edges of --no-seams and diagonals of polygons are left out.
+    #[arg(
+        long,
+        value_name = "DEGREES",
+        help_heading = "Finishing",
+        allow_negative_numbers = true
+    )]
+    pub hard_angle: Option<f64>,
+
+    /// Avoid seams where an attribute of the vertices says so: from 0, where seams are welcome, to 1
+    ///
+    /// A property of PLY, an attribute of glTF such as _SEAMS or COLOR_0, or `color` in OBJ. At the weight
+    /// of 1, a seam costs eleven times as much at 1 as at 0.
+    #[arg(
+        long,
+        value_name = "ATTRIBUTE[=WEIGHT]",
+        value_parser = crate::paint::paint,
+        help_heading = "Finishing"
+    )]
+    pub paint: Option<Paint>,
+
+    /// How much cheaper seams are along creases, by tenths: at a right angle, and where the file has hard
+    /// edges or the border of a material [default: 1]
+    ///
+    /// Hard edges of a file are those at which its normals or its smoothing groups change. At 0 creases
+    /// do not count; at 9 a seam along one costs a tenth.
+    #[arg(
+        long,
+        value_name = "WEIGHT",
+        help_heading = "Finishing",
+        allow_negative_numbers = true
+    )]
+    pub crease_weight: Option<f64>,
+
+    /// How much cheaper seams are along the tears of a trained map, by tenths [default: 1]
+    #[arg(
+        long,
+        value_name = "WEIGHT",
+        help_heading = "Finishing",
+        allow_negative_numbers = true
+    )]
+    pub tear_weight: Option<f64>,
+
     /// No progress on standard error; warnings and errors stay
     #[arg(short, long)]
     pub quiet: bool,
@@ -269,6 +471,7 @@ impl Default for Unwrap {
             checker: false,
             seam_lines: false,
             per_material: false,
+            per_object: false,
             separate_duplicates: false,
             force: false,
             jobs: None,
@@ -295,11 +498,30 @@ impl Default for Unwrap {
             finish: None,
             distortion_bound: None,
             seam_weight: None,
+            hide_seams: None,
+            seen_from: None,
+            symmetry: None,
+            stack: None,
+            straighten: false,
+            upright: None,
+            coverage_weight: None,
             max_charts: None,
             margin: None,
             resolution: None,
+            texel_density: None,
+            udim: None,
+            whole_texels: false,
+            weight: Vec::new(),
             seams: None,
             no_seams: None,
+            keep_seams: false,
+            improve: false,
+            only: Vec::new(),
+            selected: None,
+            hard_angle: None,
+            paint: None,
+            crease_weight: None,
+            tear_weight: None,
             quiet: false,
             json: false,
         }

@@ -7,6 +7,7 @@ mod export;
 mod import;
 mod map;
 mod metrics;
+mod pack;
 mod report;
 mod unwrap;
 
@@ -17,5 +18,6 @@ pub use export::export;
 pub use import::import;
 pub use map::map;
 pub use metrics::metrics;
+pub use pack::pack;
 pub use report::report;
 pub use unwrap::unwrap;

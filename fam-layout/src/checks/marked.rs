@@ -11,7 +11,10 @@ use fam_surface::TriangleMesh;
 use fam_surface::shapes::{cube, moebius_strip, open_cylinder, rectangle, sphere, torus};
 
 /// The edges of a mesh for whose ends something holds.
-fn edges_where(mesh: &TriangleMesh, holds: impl Fn([[f64; 3]; 2]) -> bool) -> Vec<[u32; 2]> {
+pub(super) fn edges_where(
+    mesh: &TriangleMesh,
+    holds: impl Fn([[f64; 3]; 2]) -> bool,
+) -> Vec<[u32; 2]> {
     let mut edges: Vec<[u32; 2]> = mesh
         .triangles()
         .iter()

@@ -1,11 +1,17 @@
-//! Finishing as a whole: on surfaces whose answer is known, marked ones, unusual ones, hard ones,
-//! random ones and scanned ones.
+//! Finishing as a whole: on surfaces whose answer is known, marked ones, hidden ones, symmetric ones,
+//! unusual ones, hard ones, random ones and scanned ones.
 
+mod costs;
 mod hard;
+mod hidden;
 mod known;
 mod marked;
+mod placed;
 mod random;
 mod scans;
+mod shaped;
+mod stacked;
+mod symmetric;
 mod unusual;
 
 use std::collections::BTreeSet;
@@ -38,6 +44,9 @@ struct Task<'a> {
     wanted: &'a [[u32; 2]],
     forbidden: &'a [[u32; 2]],
     diagonals: &'a [[u32; 2]],
+    hard: &'a [[u32; 2]],
+    /// At every vertex `paint(position)`.
+    paint: Option<&'a (dyn Fn([f64; 3]) -> f64 + Sync)>,
     observe: &'a (dyn Fn(Progress) -> ControlFlow<()> + Sync),
 }
 
@@ -51,6 +60,8 @@ impl Default for Task<'_> {
             wanted: &[],
             forbidden: &[],
             diagonals: &[],
+            hard: &[],
+            paint: None,
             observe: &|_| ControlFlow::Continue(()),
         }
     }
@@ -84,15 +95,19 @@ impl Task<'_> {
         });
         let observe = &mut |progress| (self.observe)(progress);
         let edges = Edges::of(mesh);
-        let marks =
-            Marks::new(&edges, self.wanted, self.forbidden).with_diagonals(&edges, self.diagonals);
+        let mut marks = Marks::new(&edges, self.wanted, self.forbidden)
+            .with_diagonals(&edges, self.diagonals)
+            .with_hard_edges(&edges, self.hard);
+        if let Some(paint) = self.paint {
+            marks = marks.with_paint(mesh.positions().iter().map(|&p| paint(p)).collect());
+        }
         let unfinished = MeshInput {
-            components: &components,
             map: map.as_deref(),
             squares: self.squares,
             marks: &marks,
+            ..MeshInput::of(&components)
         };
-        let atlas = lay_out(&self.config, &unfinished, observe);
+        let atlas = lay_out(&self.config, &unfinished, observe).unwrap();
         let maps: Vec<UvMap> = atlas.components.iter().map(|f| f.uvs.clone()).collect();
         let uv = components.uv_map(&maps).unwrap();
         Outcome {
@@ -181,16 +196,17 @@ impl Outcome {
         }
         if one_square {
             assert_eq!(self.overlaps_of_all(), 0);
-            assert_eq!(self.atlas.coverage.len(), 1);
+            assert_eq!(self.atlas.squares.len(), 1);
         }
-        let covered: f64 = self.atlas.coverage.iter().sum();
+        let squares = &self.atlas.squares;
+        let covered: f64 = squares.iter().map(|one| one.coverage).sum();
         let areas = self.atlas.components.iter().flat_map(|f| {
             let area = |t: usize| 0.5 * doubled_area(f.uvs.corners(t)).abs();
             (0..f.uvs.triangles().len()).map(area)
         });
         let sum = areas.sum::<f64>();
         assert!((covered - sum).abs() < 1e-3, "{covered} against {sum}");
-        assert!(self.atlas.coverage.iter().all(|c| (0.0..=1.0).contains(c)));
+        assert!(squares.iter().all(|s| (0.0..=1.0).contains(&s.coverage)));
     }
 
     /// Pairs of triangles of all components that overlap.

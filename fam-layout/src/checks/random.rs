@@ -5,10 +5,11 @@ use rand_pcg::Pcg64;
 
 use super::{Task, smoothed, subdivided, together};
 use crate::cut::test_surfaces::{cubes, pierced_plate};
+use crate::{LayoutConfig, Symmetry};
 use fam_surface::TriangleMesh;
 
 /// The surfaces of random sets of cells: closed, of some genus.
-fn closed(random: &mut Pcg64) -> Vec<TriangleMesh> {
+pub(super) fn closed(random: &mut Pcg64) -> Vec<TriangleMesh> {
     let size = [0; 3].map(|_| random.random_range(1..=3));
     let share = random.random_range(0.3..0.9);
     let solid: Vec<bool> = (0..27).map(|_| random.random_bool(share)).collect();
@@ -20,14 +21,14 @@ fn closed(random: &mut Pcg64) -> Vec<TriangleMesh> {
 }
 
 /// With every vertex moved by up to `amount` along each axis.
-fn jittered(mesh: &TriangleMesh, amount: f64, random: &mut Pcg64) -> TriangleMesh {
+pub(super) fn jittered(mesh: &TriangleMesh, amount: f64, random: &mut Pcg64) -> TriangleMesh {
     super::moved(mesh, |p| {
         p.map(|c| c + random.random_range(-amount..=amount))
     })
 }
 
 /// With some edges divided next to one of their ends, or some triangles next to an edge.
-fn with_slivers(mesh: &TriangleMesh, count: usize, random: &mut Pcg64) -> TriangleMesh {
+pub(super) fn with_slivers(mesh: &TriangleMesh, count: usize, random: &mut Pcg64) -> TriangleMesh {
     let mut positions = mesh.positions().to_vec();
     let mut triangles = mesh.triangles().to_vec();
     for _ in 0..count {
@@ -66,7 +67,7 @@ fn with_slivers(mesh: &TriangleMesh, count: usize, random: &mut Pcg64) -> Triang
 }
 
 /// With some triangles turned over and some left out.
-fn torn(mesh: &TriangleMesh, random: &mut Pcg64) -> TriangleMesh {
+pub(super) fn torn(mesh: &TriangleMesh, random: &mut Pcg64) -> TriangleMesh {
     let mut triangles = Vec::new();
     for &[a, b, c] in mesh.triangles() {
         match random.random_range(0..12) {
@@ -125,6 +126,75 @@ fn torn_surfaces_do_no_harm() {
         let raw = |p: [f64; 3]| [0, 1].map(|k| (seed * p[k] + p[2]).sin() as f32);
         let task = Task {
             map: Some(&raw),
+            ..Task::default()
+        };
+        task.run(&mesh);
+    }
+}
+
+/// Whatever seams cost, from nearly nothing to a million times as much, at any size of the surface.
+#[test]
+fn costs_of_seams_do_no_harm() {
+    let mut random = Pcg64::seed_from_u64(5);
+    for round in 0..16 {
+        let mesh = torn(&together(&closed(&mut random)), &mut random);
+        let mesh = jittered(&mesh, random.random_range(0.0..0.4), &mut random);
+        let mesh = with_slivers(&mesh, 5, &mut random);
+        let unit = [1.0, 1e-150, 1e150][round % 3];
+        let seed = random.random_range(1.0..100.0);
+        let paint = move |p: [f64; 3]| (seed * p[0] / unit).sin() + (p[1] / unit).cos();
+        let mesh = super::moved(&mesh, |p| p.map(|c| c * unit));
+        let mut pick = |share: f64| {
+            let mut edges = super::marked::edges_where(&mesh, |_| true);
+            edges.retain(|_| random.random_bool(share));
+            edges
+        };
+        let (wanted, forbidden, hard) = (pick(0.02), pick(0.1), pick(0.3));
+        let mut weight = |most: i32| 10_f64.powi(random.random_range(-1..=most));
+        let task = Task {
+            config: LayoutConfig {
+                hide_seams: weight(6),
+                seen_from: (round % 2 == 0).then_some([0.3, -1.0, 0.2]),
+                paint_weight: weight(6),
+                crease_weight: 9.0 * weight(0),
+                tear_weight: 9.0 * weight(0),
+                hard_angle: (round % 4 == 1).then_some(80.0),
+                max_charts: (round % 5 == 2).then_some(2),
+                ..LayoutConfig::default()
+            },
+            wanted: &wanted,
+            forbidden: &forbidden,
+            hard: &hard,
+            paint: Some(&paint),
+            ..Task::default()
+        };
+        task.run(&mesh);
+    }
+}
+
+#[test]
+fn symmetry_does_no_harm() {
+    let mut random = Pcg64::seed_from_u64(6);
+    let aslant = Symmetry::Plane {
+        normal: [1.0, -1.0, 0.0],
+        offset: 0.0,
+    };
+    for round in 0..12 {
+        let mesh = together(&closed(&mut random));
+        let mesh = if round % 3 == 0 {
+            torn(&mesh, &mut random)
+        } else {
+            mesh
+        };
+        let amount = [0.0, 0.004, 0.3][round % 3];
+        let mesh = jittered(&mesh, amount, &mut random);
+        let mesh = with_slivers(&mesh, round % 4, &mut random);
+        let task = Task {
+            config: LayoutConfig {
+                symmetry: [Symmetry::Auto, Symmetry::X, aslant, Symmetry::Z][round % 4],
+                max_charts: (round % 5 == 4).then_some(3),
+                ..LayoutConfig::default()
+            },
             ..Task::default()
         };
         task.run(&mesh);

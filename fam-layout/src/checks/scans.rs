@@ -19,7 +19,7 @@ fn laid_out(points: &[[f64; 3]]) -> CloudLayout {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let going = &mut |_| ControlFlow::Continue(());
         pool.unwrap()
-            .install(|| lay_out_cloud(&config, points, &raw, going))
+            .install(|| lay_out_cloud(&config, points, &raw, going).unwrap())
     };
     let alone = on(1);
     for threads in [2, 8] {

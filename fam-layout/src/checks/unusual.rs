@@ -149,7 +149,7 @@ fn a_speck_beside_a_world() {
     );
     assert!(outcome.atlas.components[0].distortion.energy <= 4.1);
     let alone = Task::default().run(&moved(&sphere(3), |p| p.map(|c| c * 1e150)));
-    assert!(outcome.atlas.coverage[0] > 0.5 * alone.atlas.coverage[0]);
+    assert!(outcome.atlas.squares[0].coverage > 0.5 * alone.atlas.squares[0].coverage);
 }
 
 #[test]
@@ -349,7 +349,7 @@ fn every_square_is_filled_on_its_own() {
     };
     assert!(side(1) > 0.99, "{}", side(1));
     assert!((side(0) / side(2) - 1.0).abs() < 1e-3 && side(0) < 0.51);
-    assert_eq!(outcome.atlas.coverage.len(), 2);
+    assert_eq!(outcome.atlas.squares.len(), 2);
 }
 
 #[test]

@@ -61,7 +61,7 @@ mod tests {
     use rand_pcg::Pcg64;
 
     use super::*;
-    use crate::{LayoutConfig, Marks, MeshInput, lay_out};
+    use crate::{LayoutConfig, MeshInput, lay_out};
     use fam_surface::metrics::seam_edges;
     use fam_surface::{Components, shapes};
 
@@ -82,13 +82,8 @@ mod tests {
             let components = Components::of(&mesh, &[]).unwrap();
             let component = &components.list[0].mesh;
             let going = &mut |_| ControlFlow::Continue(());
-            let unfinished = MeshInput {
-                components: &components,
-                map: None,
-                squares: &[],
-                marks: &Marks::default(),
-            };
-            let atlas = lay_out(&LayoutConfig::default(), &unfinished, going);
+            let unfinished = MeshInput::of(&components);
+            let atlas = lay_out(&LayoutConfig::default(), &unfinished, going).unwrap();
             let uvs = &atlas.components[0].uvs;
             let places = places(component, uvs);
             let is_torn = |t: &usize| {

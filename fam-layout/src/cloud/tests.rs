@@ -154,7 +154,7 @@ fn clouds_are_finished_with_little_distortion() {
     let bust = jittered(&shapes::bust(0.2), 13);
     let going = &mut |_| ControlFlow::Continue(());
     let raw = flat(bust.positions());
-    let cloud = lay_out_cloud(&LayoutConfig::default(), bust.positions(), &raw, going);
+    let cloud = lay_out_cloud(&LayoutConfig::default(), bust.positions(), &raw, going).unwrap();
     assert_eq!(cloud.unreached, 0);
     let angle = |[a, b, c]: [[f64; 3]; 3]| {
         let (u, v) = (sub(b, a), sub(c, a));

@@ -1,25 +1,46 @@
-//! Sharp edges and corners of a surface, where seams are welcome.
+//! Sharp edges and corners of a surface, where seams are welcome or wanted.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::patch::Patch;
+use fam_surface::TriangleMesh;
 use fam_surface::vector::{cross, dot, length, sub};
 
 /// By what share of its length an edge is cheaper at which the surface turns by a right angle or
-/// more, and by less in proportion where it turns less. It decides between ways of about equal
-/// length; seams get no longer by it than they vary otherwise.
-const DISCOUNT: f64 = 0.1;
+/// more, and by less in proportion where it turns less, at a weight of 1. It decides between ways of
+/// about equal length; seams get no longer by it than they vary otherwise.
+pub const DISCOUNT: f64 = 0.1;
+
+/// By how many radians less than the angle that is asked for an edge may turn and still count as sharp:
+/// positions are rounded.
+const ROUNDING: f64 = 1e-5;
 
 /// The square of the angle that a corner has at least, in multiples of what the bound is above 4.
 /// At a bound of 4.01 the corners of a cube, of a quarter turn, count as such; at 4.1 it is
 /// cheaper to smooth them over.
 const LEAST_CORNER: f64 = 100.0;
 
-/// For every half-edge what a cut along it costs: its length, or somewhat less on a crease.
+/// For every half-edge what a cut along it costs: its price, or somewhat less on a crease.
 pub fn crease_costs(patch: &Patch) -> Vec<f64> {
-    let share = |h: u32| 1.0 - DISCOUNT * (turn(patch, h) / FRAC_PI_2).min(1.0);
+    let discount = patch.crease_weight * DISCOUNT;
+    let share = |h: u32| 1.0 - discount * (turn(patch, h) / FRAC_PI_2).min(1.0);
     (0..patch.topology.half_edges())
-        .map(|h| patch.lengths[h as usize] * share(h))
+        .map(|h| patch.prices[h as usize] * share(h))
+        .collect()
+}
+
+/// The edges between two triangles of a mesh whose planes differ by at least an angle in radians, each by
+/// its vertices, the smaller first.
+pub fn sharp_edges(mesh: &TriangleMesh, angle: f64) -> Vec<[u32; 2]> {
+    let patch = Patch::of(mesh);
+    let topology = &patch.topology;
+    let is_sharp = |&h: &u32| topology.twin(h).is_some() && turn(&patch, h) >= angle - ROUNDING;
+    let source = |v: u32| patch.source[v as usize];
+    topology
+        .edges()
+        .filter(is_sharp)
+        .map(|h| [source(topology.origin(h)), source(topology.target(h))])
+        .map(|[a, b]| [a.min(b), a.max(b)])
         .collect()
 }
 

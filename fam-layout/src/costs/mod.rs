@@ -1,4 +1,5 @@
 //! What a seam along an edge costs.
 
 pub mod creases;
+pub mod rates;
 pub mod tears;

@@ -3,16 +3,17 @@
 use crate::costs::creases::crease_costs;
 use crate::patch::Patch;
 
-/// A cut along a tear costs this part of what it would otherwise.
-const TORN: f64 = 0.9;
+/// By what share of what it would cost otherwise a cut along a tear is cheaper, at a weight of 1.
+const DISCOUNT: f64 = 0.1;
 
 /// An edge is torn where its image is this many times as long as most edges' of its length.
 const STRETCH: f64 = 3.0;
 
-/// For every half-edge what a cut along it costs: what its length and its crease do, or a part of
+/// For every half-edge what a cut along it costs: what its price and its crease do, or a part of
 /// it where it runs along a tear of the map `raw` (one UV per vertex of the component), that is
-/// between two ends of torn edges.
-pub fn tear_costs(patch: &Patch, raw: &[[f32; 2]]) -> Vec<f64> {
+/// between two ends of torn edges. `weight` says how much tears count.
+pub fn tear_costs(patch: &Patch, raw: &[[f32; 2]], weight: f64) -> Vec<f64> {
+    let torn_share = 1.0 - weight * DISCOUNT;
     let (topology, lengths) = (&patch.topology, &patch.lengths);
     let costs = crease_costs(patch);
     let at = |v: u32| raw[patch.source[v as usize] as usize].map(f64::from);
@@ -39,7 +40,7 @@ pub fn tear_costs(patch: &Patch, raw: &[[f32; 2]]) -> Vec<f64> {
     (0..topology.half_edges())
         .map(|h| {
             let along = torn[topology.origin(h) as usize] && torn[topology.target(h) as usize];
-            costs[h as usize] * if along { TORN } else { 1.0 }
+            costs[h as usize] * if along { torn_share } else { 1.0 }
         })
         .collect()
 }
@@ -56,13 +57,13 @@ mod tests {
         let raw: Vec<[f32; 2]> = (0..140)
             .map(|v| [(v / 7) as f32 / 20.0, (v % 7) as f32 / 20.0])
             .collect();
-        let cost = tear_costs(&patch, &raw);
+        let cost = tear_costs(&patch, &raw, 1.0);
         let whole = crease_costs(&patch);
         let column = |v: u32| patch.source[v as usize] / 7;
         for h in 0..patch.topology.half_edges() {
             let ends = [patch.topology.origin(h), patch.topology.target(h)].map(column);
             let torn = ends.iter().all(|c| [0, 19].contains(c));
-            let expected = whole[h as usize] * if torn { TORN } else { 1.0 };
+            let expected = whole[h as usize] * if torn { 0.9 } else { 1.0 };
             assert_eq!(cost[h as usize], expected);
         }
     }
@@ -70,7 +71,10 @@ mod tests {
     #[test]
     fn a_map_without_extent_tells_nothing() {
         let patch = Patch::of(&shapes::torus(1.0, 0.4, 12, 8));
-        assert_eq!(tear_costs(&patch, &[[0.3; 2]; 96]), crease_costs(&patch));
+        assert_eq!(
+            tear_costs(&patch, &[[0.3; 2]; 96], 1.0),
+            crease_costs(&patch)
+        );
         let sheet = shapes::rectangle(1.0, 1.0, 5, 5);
         let faithful = Patch::of(&sheet);
         let raw: Vec<[f32; 2]> = sheet
@@ -78,7 +82,7 @@ mod tests {
             .iter()
             .map(|p| [p[0] as f32, p[1] as f32])
             .collect();
-        assert_eq!(tear_costs(&faithful, &raw), faithful.lengths);
+        assert_eq!(tear_costs(&faithful, &raw, 1.0), faithful.lengths);
     }
 
     /// They have no stretch to compare.
@@ -95,11 +99,11 @@ mod tests {
         let raw: Vec<[f32; 2]> = (0..49)
             .map(|v| [(v % 7) as f32, (v * v % 11) as f32])
             .collect();
-        let cost = tear_costs(&patch, &raw);
+        let cost = tear_costs(&patch, &raw, 1.0);
         assert!(
             cost.iter()
                 .zip(&patch.lengths)
-                .all(|(c, l)| (TORN * l..=*l).contains(c))
+                .all(|(c, l)| (0.9 * l..=*l).contains(c))
         );
     }
 }

@@ -28,7 +28,7 @@ pub fn split(patch: &Patch) -> Vec<bool> {
     split_between(topology, patch, &low, &high)
 }
 
-/// Which triangles lie beyond the shortest contour between two sets of them. Both parts are
+/// Which triangles lie beyond the cheapest contour between two sets of them. Both parts are
 /// connected in `topology`, the patch's or that of the patch cut open.
 pub fn split_between(
     topology: &Topology,
@@ -36,16 +36,12 @@ pub fn split_between(
     one: &[bool],
     other: &[bool],
 ) -> Vec<bool> {
-    let price = |(&length, &forbidden): (&f64, &bool)| match forbidden {
-        true => FORBIDDEN * length,
-        false => length,
+    let forbidden = FORBIDDEN * patch.highest_rate();
+    let price = |h: usize| match patch.forbidden[h] {
+        true => forbidden * patch.lengths[h],
+        false => patch.prices[h],
     };
-    let cost: Vec<f64> = patch
-        .lengths
-        .iter()
-        .zip(&patch.forbidden)
-        .map(price)
-        .collect();
+    let cost: Vec<f64> = (0..patch.prices.len()).map(price).collect();
     let beyond = beyond_cheapest_contour(topology, &cost, one, other);
     let far = largest_piece(topology, patch, &beyond, true);
     let near = largest_piece(topology, patch, &far, false);
@@ -160,18 +156,50 @@ mod tests {
         assert!(length < 2.0 / 8.0_f64.sqrt(), "{length}");
     }
 
-    /// It is the same length everywhere, but only a band is free.
+    /// Of the edges between the two parts of a patch: whether all fulfil a condition.
+    fn all_across(patch: &Patch, condition: impl Fn(u32) -> bool) -> bool {
+        let beyond = split(patch);
+        let mut across = patch.topology.edges().filter(|&h| {
+            let twin = patch.topology.twin(h);
+            twin.is_some_and(|twin| beyond[h as usize / 3] != beyond[twin as usize / 3])
+        });
+        across.all(condition)
+    }
+
+    /// It is the same length everywhere, but only a band is free: also where seams there cost more
+    /// than elsewhere.
     #[test]
     fn the_contour_avoids_forbidden_edges() {
         let strip = shapes::rectangle(8.0, 1.0, 64, 8);
         let x = |v: u32| strip.positions()[v as usize][0];
         let is_free = |v: u32| (1.0..2.0).contains(&x(v));
         let patch = Patch::of(&strip).forbidding(|a, b| !is_free(a) || !is_free(b));
-        let beyond = split(&patch);
-        let mut across = patch.topology.edges().filter(|&h| {
-            let twin = patch.topology.twin(h);
-            twin.is_some_and(|twin| beyond[h as usize / 3] != beyond[twin as usize / 3])
+        assert!(all_across(&patch, |h| !patch.forbidden[h as usize]));
+        let priced = patch.priced(|ends| {
+            if ends.into_iter().all(is_free) {
+                1e6
+            } else {
+                1.0
+            }
         });
-        assert!(across.all(|h| !patch.forbidden[h as usize]));
+        assert!(all_across(&priced, |h| !priced.forbidden[h as usize]));
+    }
+
+    #[test]
+    fn the_contour_runs_where_seams_cost_least() {
+        let strip = shapes::rectangle(8.0, 1.0, 64, 8);
+        let is_cheap = |v: u32| (-2.0..-1.0).contains(&strip.positions()[v as usize][0]);
+        let priced = Patch::of(&strip).priced(|ends| {
+            if ends.into_iter().any(is_cheap) {
+                0.5
+            } else {
+                1.0
+            }
+        });
+        let ends = |h: u32| [priced.topology.origin(h), priced.topology.target(h)];
+        let source = |v: u32| priced.source[v as usize];
+        assert!(all_across(&priced, |h| ends(h)
+            .iter()
+            .any(|&v| is_cheap(source(v)))));
     }
 }

@@ -1,9 +1,10 @@
-//! Edges that somebody marked: along some the mesh is to be cut, along others it is not.
+//! What somebody marked: edges along which the mesh is to be cut or not, and where seams are welcome.
 
 pub mod opening;
 
 use std::collections::HashSet;
 
+use crate::costs::creases::DISCOUNT;
 use crate::part::Part;
 use crate::patch::Patch;
 use fam_surface::{Component, Edges};
@@ -14,12 +15,25 @@ use fam_surface::{Component, Edges};
 /// they lie alone, take a neighbour with them. Along forbidden edges it is cut only where
 /// there is no other way to a valid layout, or where they are wanted as well. The diagonals of
 /// polygons are no edges to somebody who knows the polygons, and are avoided in the same way.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+///
+/// Hard edges and paint say where seams are welcome: they change what a seam costs, no more.
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Marks {
     wanted: Vec<[u32; 2]>,
     forbidden: Vec<[u32; 2]>,
     diagonals: Vec<[u32; 2]>,
+    hard: Vec<[u32; 2]>,
+    paint: Vec<f64>,
 }
+
+/// No marks.
+pub(super) static NONE: Marks = Marks {
+    wanted: Vec::new(),
+    forbidden: Vec::new(),
+    diagonals: Vec::new(),
+    hard: Vec::new(),
+    paint: Vec::new(),
+};
 
 impl Marks {
     /// Marks on the edges of a mesh, each by its vertices in any order. Pairs of vertices that
@@ -28,7 +42,7 @@ impl Marks {
         Self {
             wanted: known(edges, wanted),
             forbidden: known(edges, forbidden),
-            diagonals: Vec::new(),
+            ..Self::default()
         }
     }
 
@@ -39,6 +53,31 @@ impl Marks {
             diagonals: known(edges, diagonals),
             ..self
         }
+    }
+
+    /// The same, and seams along hard edges cost less: those at which the shading or the material
+    /// changes, each by its vertices in any order.
+    pub fn with_hard_edges(self, edges: &Edges, hard: &[[u32; 2]]) -> Self {
+        Self {
+            hard: known(edges, hard),
+            ..self
+        }
+    }
+
+    /// The same with paint: for every vertex of the mesh a share from 0, where seams are welcome, to 1,
+    /// where they are not. Vertices without any count as 0; a number that is no share counts as the
+    /// nearest, NaN as 0.
+    pub fn with_paint(self, paint: Vec<f64>) -> Self {
+        let share = |p: f64| if p.is_nan() { 0.0 } else { p.clamp(0.0, 1.0) };
+        Self {
+            paint: paint.into_iter().map(share).collect(),
+            ..self
+        }
+    }
+
+    /// The paint of the vertices of the mesh; empty if there is none.
+    pub fn paint(&self) -> &[f64] {
+        &self.paint
     }
 
     /// The edges at which a seam is wanted, each once, by the first vertices at the positions of
@@ -79,6 +118,7 @@ impl Marks {
         ComponentMarks {
             wanted: on(&self.wanted),
             forbidden: &on(&self.forbidden) | &on(&self.diagonals),
+            hard: on(&self.hard),
         }
     }
 }
@@ -97,16 +137,52 @@ fn known(edges: &Edges, marked: &[[u32; 2]]) -> Vec<[u32; 2]> {
 pub(super) struct ComponentMarks {
     pub(super) wanted: HashSet<[u32; 2]>,
     pub(super) forbidden: HashSet<[u32; 2]>,
+    pub(super) hard: HashSet<[u32; 2]>,
 }
 
 impl ComponentMarks {
-    /// A part of the component, ready to be cut where it is not forbidden.
-    pub(super) fn patch(&self, part: &Part) -> Patch {
-        let is_forbidden = |a: u32, b: u32| {
-            let [a, b] = [a, b].map(|v| part.vertices[v as usize]);
-            self.forbidden.contains(&[a.min(b), a.max(b)])
+    /// Makes seams wanted along edges, by their vertices, the smaller first, except forbidden ones.
+    pub(super) fn want(&mut self, edges: Vec<[u32; 2]>) {
+        let allowed = edges.into_iter().filter(|e| !self.forbidden.contains(e));
+        self.wanted.extend(allowed);
+    }
+
+    /// Whether they are those of another component, whose vertices are `vertices` for those of this
+    /// one.
+    pub(super) fn are_those_of(&self, other: &Self, vertices: &[u32]) -> bool {
+        let are_same = |own: &HashSet<[u32; 2]>, of: &HashSet<[u32; 2]>| {
+            let is_there = |edge: &[u32; 2]| {
+                let [a, b] = edge.map(|v| vertices[v as usize]);
+                of.contains(&[a.min(b), a.max(b)])
+            };
+            own.len() == of.len() && own.iter().all(is_there)
         };
-        Patch::of(&part.mesh).forbidding(is_forbidden)
+        are_same(&self.wanted, &other.wanted)
+            && are_same(&self.forbidden, &other.forbidden)
+            && are_same(&self.hard, &other.hard)
+    }
+
+    /// A part of the component, ready to be cut where it is not forbidden. Seams cost `rates` at every
+    /// vertex of the component for each unit of length, 1 if these are not given, and less along hard
+    /// edges the more creases count.
+    pub(super) fn patch(&self, part: &Part, rates: Option<&[f64]>, crease_weight: f64) -> Patch {
+        let edge = |ends: [u32; 2]| {
+            let [a, b] = ends.map(|v| part.vertices[v as usize]);
+            [a.min(b), a.max(b)]
+        };
+        let is_forbidden = |a: u32, b: u32| self.forbidden.contains(&edge([a, b]));
+        let mut patch = Patch::of(&part.mesh).forbidding(is_forbidden);
+        patch.crease_weight = crease_weight;
+        if let Some(rates) = rates {
+            let rate = |v: u32| rates[part.vertices[v as usize] as usize];
+            patch = patch.priced(|ends| 0.5 * (rate(ends[0]) + rate(ends[1])));
+        }
+        if !self.hard.is_empty() && crease_weight > 0.0 {
+            let share = 1.0 - crease_weight * DISCOUNT;
+            let is_hard = |ends: [u32; 2]| self.hard.contains(&edge(ends));
+            patch = patch.priced(|ends| if is_hard(ends) { share } else { 1.0 });
+        }
+        patch
     }
 }
 

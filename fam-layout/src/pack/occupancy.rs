@@ -16,6 +16,7 @@ const RUNS_ASKED: usize = 4;
 /// A field of cells. What is taken is known for runs of 2ᵏ cells in `runs[k]` and for squares of
 /// 2ᵏ⁺¹ × 2ᵏ⁺¹ cells in `squares[k]`, so that a run or a square of any size is tested at many
 /// places of a row at once.
+#[derive(Clone)]
 pub struct Occupancy {
     /// Columns and rows.
     size: [usize; 2],
@@ -30,6 +31,7 @@ pub struct Occupancy {
 }
 
 /// Where runs or squares of one size have room.
+#[derive(Clone)]
 struct Level {
     /// A bit for every cell: whether any cell of the run or square that starts there, to the
     /// right and up, is taken.
@@ -39,10 +41,36 @@ struct Level {
 }
 
 /// A mask in the form in which it is placed.
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Shape {
     size: [usize; 2],
     runs: Vec<Run>,
     square: Option<Square>,
+}
+
+/// Runs in an order in which the first few are far from each other and long: what one leaves open,
+/// its neighbours mostly do as well. Each time the number of parts doubles into which the runs, by
+/// their rows, are divided, the longest of each new part comes next.
+fn spread(mut runs: Vec<Run>) -> Vec<Run> {
+    runs.sort_by_key(|run| (run.row, run.start));
+    let mut order = Vec::with_capacity(runs.len());
+    let mut is_in = vec![false; runs.len()];
+    let mut parts = 1;
+    while order.len() < runs.len() {
+        for part in 0..parts {
+            let own = part * runs.len() / parts..(part + 1) * runs.len() / parts;
+            if is_in[own.clone()].contains(&true) {
+                continue;
+            }
+            let length = |&i: &usize| runs[i].end - runs[i].start;
+            if let Some(longest) = own.max_by_key(length) {
+                is_in[longest] = true;
+                order.push(runs[longest]);
+            }
+        }
+        parts *= 2;
+    }
+    order
 }
 
 /// In which rows, and in which groups of words there, a run or square of a shape has room.
@@ -67,6 +95,7 @@ fn groups(filters: &[Filter<'_>], y: usize) -> u64 {
 }
 
 /// A square of cells that are all in a shape.
+#[derive(Debug, Clone, PartialEq, Eq)]
 struct Square {
     /// Its lower left cell.
     corner: [usize; 2],
@@ -87,7 +116,7 @@ impl Shape {
         let (corner, side) = mask.largest_square();
         Self {
             size: mask.size(),
-            runs: mask.runs(),
+            runs: spread(mask.runs()),
             square: (side > 1).then_some(Square { corner, side }),
         }
     }
@@ -123,6 +152,11 @@ impl Occupancy {
         }
     }
 
+    /// Columns and rows.
+    pub fn size(&self) -> [usize; 2] {
+        self.size
+    }
+
     /// The lowest place, and the leftmost of these, where a shape meets no cell that is taken, starts
     /// in row `bottom` or above and ends below row `top`.
     pub fn room(&self, shape: &Shape, bottom: usize, top: usize) -> Option<[usize; 2]> {
@@ -148,8 +182,7 @@ impl Occupancy {
             let [column, row] = square.corner;
             filters.push(self.filter(&self.squares[square.level() - 1], row, column));
         }
-        let step = shape.runs.len().div_ceil(RUNS_ASKED).max(1);
-        for run in shape.runs.iter().step_by(step) {
+        for run in shape.runs.iter().take(RUNS_ASKED) {
             let level = &self.runs[(run.end - run.start).ilog2() as usize];
             filters.push(self.filter(level, run.row, run.start));
         }
@@ -222,18 +255,16 @@ impl Occupancy {
         read(row, word * WORD + run.start) | read(row, word * WORD + last)
     }
 
-    /// How many rows there are up to the highest cell that is taken.
-    pub fn height(&self) -> usize {
-        let highest = self.longest.iter().rposition(|&free| free < self.size[0]);
-        highest.map_or(0, |row| row + 1)
-    }
-
     /// Takes the cells of a shape.
     pub fn take(&mut self, shape: &Shape, [x, y]: [usize; 2]) {
         for run in &shape.runs {
             let row = (y + run.row) * self.stride;
-            for cell in x + run.start..x + run.end {
-                self.runs[0].taken[row + cell / WORD] |= 1 << (cell % WORD);
+            let (mut cell, end) = (x + run.start, x + run.end);
+            while cell < end {
+                let next = (cell / WORD * WORD + WORD).min(end);
+                let bits = u64::MAX >> (WORD - (next - cell)) << (cell % WORD);
+                self.runs[0].taken[row + cell / WORD] |= bits;
+                cell = next;
             }
         }
         let columns = x..x + shape.size[0];
@@ -341,6 +372,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
 
+    use super::super::outline::Outline;
     use super::*;
 
     /// Finds room as a search cell by cell does.
@@ -354,7 +386,8 @@ mod tests {
                 let size = [0, 1].map(|_| random.random_range(1..=side.min(40) as u32 / 2 + 2));
                 let [w, h] = size.map(f64::from);
                 let corners = [[0.0, 0.0], [w, h * random.random::<f64>()], [0.3 * w, h]];
-                let mask = Mask::new(&corners, &[[0, 1, 2]], [w, h], 0.0);
+                let mut mask = Mask::empty([w, h].map(Mask::cells_for));
+                mask.cover(&Outline::new(&corners, &[[0, 1, 2]]), 0.0);
                 let shape = Shape::new(&mask);
                 let [width, height] = shape.size;
                 let meets = |x: usize, y: usize, taken: &[bool]| {

@@ -2,30 +2,48 @@
 
 use std::collections::HashMap;
 
-use fam_surface::charts::charts;
+use fam_surface::charts::charts_apart;
 use fam_surface::{SurfaceError, UvMap};
 
-use super::{Chart, pack, to_f32};
+use super::{Chart, PackError, PackOptions, Turns, pack, to_f32};
 
 /// A UV map whose charts were laid side by side.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Repacked {
     /// The map: triangles in their order, every chart with UVs of its own.
     pub uvs: UvMap,
-    /// Share of the square that charts cover.
+    /// Share of the squares that charts cover.
     pub coverage: f64,
     /// Least number of texels between charts: less than asked for where there is no room.
     pub margin: f64,
+    /// How many squares there are, of which that of number `t` has its lower left corner at
+    /// (`t % 10`, `t / 10`).
+    pub tiles: u32,
+    /// Texels along the side of a square.
+    pub resolution: u32,
 }
 
-/// Lays the charts of a map side by side in the unit square, each turned, and all enlarged or reduced
-/// by the same factor. `margin` texels of `resolution` along a side stay free between them. Charts
-/// that overlap themselves or are mirrored stay so.
+/// Lays the charts of a map side by side in unit squares, each turned as far as it may be. Charts that
+/// overlap themselves or are mirrored stay so.
+///
+/// All are enlarged or reduced by the same factor, and the unit of length of the options is that of the
+/// map's UVs. `labels` has one for every triangle, or none: charts of different labels are different even
+/// where they lie on one place, as those of two files do. With `areas`, those of all triangles of the surface, every chart is first enlarged or
+/// reduced to the area of its triangles, and the unit is that of the surface.
 ///
 /// # Errors
-/// A UV is not finite.
-pub fn repacked(uvs: &UvMap, margin: f64, resolution: u32) -> Result<Repacked, SurfaceError> {
-    let of_triangle = charts(uvs);
+/// A UV is not finite, or what is asked for is impossible.
+///
+/// # Panics
+/// If there are fewer areas than triangles.
+pub fn repacked(
+    uvs: &UvMap,
+    labels: &[u32],
+    areas: Option<&[f64]>,
+    turns: Turns,
+    options: &PackOptions<'_>,
+) -> Result<Repacked, PackError> {
+    let of_triangle = charts_apart(uvs, labels);
     let count = of_triangle
         .iter()
         .max()
@@ -34,12 +52,15 @@ pub fn repacked(uvs: &UvMap, margin: f64, resolution: u32) -> Result<Repacked, S
     for (t, &chart) in (0..).zip(&of_triangle) {
         parts[chart as usize].push(uvs, t);
     }
+    if let Some(areas) = areas {
+        parts.iter_mut().for_each(|part| part.enlarge_to(areas));
+    }
     let own: Vec<Chart> = parts
         .iter()
-        .map(|part| Chart::new(&part.uvs, &part.triangles))
-        .collect::<Result<_, _>>()?;
-    let packing = pack(&own, margin, resolution, &|| true);
-    let placed = to_f32(&own, &packing)?;
+        .map(|part| Ok(Chart::new(&part.uvs, &part.triangles)?.with_turns(turns)))
+        .collect::<Result<_, SurfaceError>>()?;
+    let packing = pack(&own, options, &|| true)?;
+    let placed = to_f32(&own, &packing, &[])?;
     let mut found = Vec::new();
     let mut triangles = vec![[0; 3]; uvs.triangles().len()];
     for (part, placed) in parts.iter().zip(placed.uvs) {
@@ -53,6 +74,8 @@ pub fn repacked(uvs: &UvMap, margin: f64, resolution: u32) -> Result<Repacked, S
         uvs: UvMap::new(found, triangles)?,
         coverage: packing.coverage,
         margin: packing.margin,
+        tiles: packing.tiles,
+        resolution: packing.resolution,
     })
 }
 
@@ -67,6 +90,21 @@ struct Part {
 }
 
 impl Part {
+    /// Enlarges or reduces it to the area of its triangles, of those of all triangles of the map. Without
+    /// any area in the plane it stays as it is.
+    fn enlarge_to(&mut self, areas: &[f64]) {
+        let in_plane = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|v| self.uvs[v as usize]);
+            0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs()
+        };
+        let own: f64 = self.triangles.iter().map(in_plane).sum();
+        let asked: f64 = self.source.iter().map(|&t| areas[t as usize]).sum();
+        let factor = (asked / own).sqrt();
+        if factor.is_finite() {
+            self.uvs.iter_mut().for_each(|q| *q = q.map(|c| c * factor));
+        }
+    }
+
     fn push(&mut self, map: &UvMap, triangle: u32) {
         let corners = map.corners(triangle as usize);
         // Adding zero makes −0 and 0 one.
@@ -94,7 +132,7 @@ mod tests {
         let triangles =
             (0..3).flat_map(|k| [[4 * k, 4 * k + 1, 4 * k + 2], [4 * k, 4 * k + 2, 4 * k + 3]]);
         let map = UvMap::new(uvs, triangles.collect()).unwrap();
-        let packed = repacked(&map, 4.0, 256).unwrap();
+        let packed = repacked(&map, &[], None, Turns::Free, &PackOptions::new(4.0, 256)).unwrap();
         let mut overlapping = 0;
         for_each_overlapping_pair(&packed.uvs, |_| overlapping += 1);
         assert_eq!(overlapping, 0);
@@ -109,7 +147,13 @@ mod tests {
         assert!((all - packed.coverage).abs() < 1e-4 && all > 0.4);
         assert_eq!(packed.margin, 4.0);
         let empty = UvMap::new(vec![], vec![]).unwrap();
-        assert!(repacked(&empty, 4.0, 256).unwrap().uvs.uvs().is_empty());
+        assert!(
+            repacked(&empty, &[], None, Turns::Free, &PackOptions::new(4.0, 256))
+                .unwrap()
+                .uvs
+                .uvs()
+                .is_empty()
+        );
     }
     #[test]
     fn charts_that_touch_at_a_corner_come_apart() {
@@ -132,7 +176,7 @@ mod tests {
             ]);
         }
         let map = UvMap::new(uvs, triangles).unwrap();
-        let packed = repacked(&map, 2.0, 256).unwrap();
+        let packed = repacked(&map, &[], None, Turns::Free, &PackOptions::new(2.0, 256)).unwrap();
         let mut overlapping = 0;
         for_each_overlapping_pair(&packed.uvs, |_| overlapping += 1);
         assert_eq!(overlapping, 0);
@@ -146,5 +190,26 @@ mod tests {
                 .iter()
                 .all(|side| (side / sides[0] - 1.0).abs() < 1e-5)
         );
+    }
+
+    #[test]
+    fn charts_get_the_areas_of_their_triangles() {
+        let square = |x: f32, side: f32| [[x, 0.0], [x + side, 0.0], [x + side, side], [x, side]];
+        let uvs = [square(0.0, 1.0), square(2.0, 0.1)].concat();
+        let quad = |k: u32| [[4 * k, 4 * k + 1, 4 * k + 2], [4 * k, 4 * k + 2, 4 * k + 3]];
+        let map = UvMap::new(uvs, (0..2).flat_map(quad).collect()).unwrap();
+        let areas = [0.5, 0.5, 2.0, 2.0];
+        let options = PackOptions {
+            size: super::super::options::Size::Side { density: 100.0 },
+            ..PackOptions::new(2.0, 1024)
+        };
+        let packed = repacked(&map, &[], Some(&areas), Turns::Quarters, &options).unwrap();
+        let texels = f64::from(packed.resolution);
+        for (t, side) in [(0, 100.0), (2, 200.0)] {
+            let [a, b, _] = packed.uvs.corners(t).map(|q| q.map(f64::from));
+            let found = (a[0] - b[0]).hypot(a[1] - b[1]) * texels;
+            assert!((found - side).abs() < 0.01, "{found}");
+        }
+        assert!(texels <= 308.0, "{texels}");
     }
 }

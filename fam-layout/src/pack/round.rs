@@ -11,9 +11,10 @@ use robust::{Coord, orient2d};
 use fam_surface::metrics::for_each_overlapping_pair;
 use fam_surface::{SurfaceError, UvMap};
 
-use super::{Chart, Packing};
+use super::mirrored::{Mirrors, Reflection};
+use super::{Chart, Packing, corner_of_tile};
 
-/// Distance of neighbouring `f32` numbers between 1/2 and 1, where it is largest.
+/// Distance of neighbouring `f32` numbers between 1/2 and 1, where it is largest in the first tile.
 const STEP: f64 = 1.0 / (1 << 24) as f64;
 
 /// A triangle of this height stays positive: rounding moves a corner by less than 0.71 steps,
@@ -38,7 +39,8 @@ const PUSHES: usize = 20;
 /// Charts in single precision.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rounded {
-    /// Per chart its coordinates `[V, 2]` in the unit square.
+    /// Per chart its coordinates `[V, 2]`: in the unit square, or where its tile lies by UDIM, ten
+    /// tiles to a row.
     pub uvs: Vec<Vec<[f32; 2]>>,
     /// Triangles that are counter-clockwise in their chart but not here.
     pub flipped: usize,
@@ -49,11 +51,17 @@ pub struct Rounded {
 /// Places charts as packed and rounds them, moving points by a few steps of `f32` so that all
 /// triangles that are counter-clockwise stay so, however thin, and none overlap.
 ///
+/// What `reflections` (of every chart, or none) tells to be mirror images is so to the last bit.
+///
 /// What cannot be repaired is counted; charts that overlap themselves stay so.
 ///
 /// # Errors
 /// The packing is one of another number of charts.
-pub fn to_f32(charts: &[Chart<'_>], packing: &Packing) -> Result<Rounded, SurfaceError> {
+pub fn to_f32(
+    charts: &[Chart<'_>],
+    packing: &Packing,
+    reflections: &[Reflection],
+) -> Result<Rounded, SurfaceError> {
     if packing.placements.len() != charts.len() {
         return Err(SurfaceError::LengthMismatch {
             attribute: "placements",
@@ -61,7 +69,7 @@ pub fn to_f32(charts: &[Chart<'_>], packing: &Packing) -> Result<Rounded, Surfac
             found: packing.placements.len(),
         });
     }
-    let (uvs, count) = Repair::new(charts, packing).run()?;
+    let (uvs, count) = Repair::new(charts, packing, reflections).run()?;
     let mut rest = &uvs[..];
     let uvs = charts
         .iter()
@@ -116,20 +124,35 @@ struct Repair {
     /// The triangles around vertex `v` are `around[first[v]..first[v + 1]]`.
     around: Vec<u32>,
     first: Vec<usize>,
+    /// Of every point the lower left corner of its tile.
+    corners: Vec<[f64; 2]>,
+    /// By how much coarser `f32` is in the farthest tile than in the first.
+    coarser: f64,
+    mirrors: Mirrors,
 }
 
 impl Repair {
-    fn new(charts: &[Chart<'_>], packing: &Packing) -> Self {
+    fn new(charts: &[Chart<'_>], packing: &Packing, reflections: &[Reflection]) -> Self {
         let mut points = Vec::new();
         let mut triangles = Vec::new();
         let mut heights = Vec::new();
+        let mut corners = Vec::new();
+        let tiles = packing.placements.iter().map(|at| corner_of_tile(at.tile));
+        let farthest = tiles.flatten().fold(0.0, f64::max);
+        let coarser = (farthest + 1.0).log2().ceil().exp2();
         for (chart, placement) in charts.iter().zip(&packing.placements) {
             let offset = points.len() as u32;
-            points.extend(chart.uvs.iter().map(|&q| placement.place(q)));
+            let corner = corner_of_tile(placement.tile);
+            points.extend(chart.uvs.iter().map(|&q| {
+                let [x, y] = placement.place(q);
+                // What lies on the border may have been moved over it by rounding.
+                [x.clamp(0.0, 1.0) + corner[0], y.clamp(0.0, 1.0) + corner[1]]
+            }));
+            corners.resize(points.len(), corner);
             triangles.extend(chart.triangles.iter().map(|t| t.map(|v| v + offset)));
             heights.extend(chart.triangles.iter().map(|t| {
                 let corners = t.map(|v| chart.uvs[v as usize]);
-                is_positive(corners).then_some(HEIGHT)
+                is_positive(corners).then_some(coarser * HEIGHT)
             }));
         }
         let mut first = vec![0; points.len() + 1];
@@ -147,12 +170,16 @@ impl Repair {
                 next[v as usize] += 1;
             }
         }
+        let counts: Vec<usize> = charts.iter().map(|chart| chart.uvs.len()).collect();
         Self {
+            mirrors: Mirrors::of(reflections, &counts, &points, coarser * STEP),
             points,
             triangles,
             heights,
             around,
             first,
+            corners,
+            coarser,
         }
     }
 
@@ -162,7 +189,8 @@ impl Repair {
         let mut best = (uvs, flaws.count());
         let mut since = 0;
         for round in 1..=ROUNDS {
-            let queue = self.push_flaws(&flaws, HEIGHT + f64::from(round) * GROWTH);
+            let gap = self.coarser * (HEIGHT + f64::from(round) * GROWTH);
+            let queue = self.push_flaws(&flaws, gap);
             if queue.is_empty() || since == PATIENCE {
                 break;
             }
@@ -184,7 +212,7 @@ impl Repair {
         let mut queue = VecDeque::new();
         for &t in &flaws.flipped {
             if let Some(height) = &mut self.heights[t as usize] {
-                *height += GROWTH;
+                *height += self.coarser * GROWTH;
             }
             queue.push_back(t);
         }
@@ -196,7 +224,9 @@ impl Repair {
 
     /// The layout as it is rounded now.
     fn rounded(&self) -> Result<(Vec<[f32; 2]>, Flaws), SurfaceError> {
-        let uvs = self.points.iter().map(|p| p.map(|c| c as f32)).collect();
+        let rounded = |p: &[f64; 2]| p.map(|c| c as f32);
+        let mut uvs: Vec<[f32; 2]> = self.points.iter().map(rounded).collect();
+        self.mirrors.apply(&self.points, &mut uvs);
         let uv = UvMap::new(uvs, self.triangles.clone())?;
         let flipped = (0..self.triangles.len())
             .filter(|&t| {
@@ -236,8 +266,10 @@ impl Repair {
             if !self.heighten(t) {
                 continue;
             }
-            for &v in &self.triangles[t as usize] {
-                let around = &self.around[self.first[v as usize]..self.first[v as usize + 1]];
+            let corners = self.triangles[t as usize].into_iter();
+            for v in corners.flat_map(|v| [v, self.mirrors.image(v)]) {
+                let v = v as usize;
+                let around = &self.around[self.first[v]..self.first[v + 1]];
                 for &other in around {
                     if !std::mem::replace(&mut queued[other as usize], true) {
                         queue.push_back(other);
@@ -292,7 +324,7 @@ impl Repair {
             return;
         };
         let depth = deep(&(own, other, edge));
-        if depth.is_nan() || depth > DEEPEST {
+        if depth.is_nan() || depth > self.coarser * DEEPEST {
             return;
         }
         let normal = self.normal(edge);
@@ -338,12 +370,16 @@ impl Repair {
         [y / length, -x / length]
     }
 
-    /// Moves a point, by a few steps at most and not out of the square.
+    /// Moves a point, by a few steps at most and not out of its tile, and its mirror image as well.
     fn push(&mut self, v: u32, by: [f64; 2]) {
-        let longest = 4.0 * HEIGHT;
+        let longest = 4.0 * HEIGHT * self.coarser;
         let factor = (longest / by[0].hypot(by[1])).min(1.0);
-        for (c, by) in self.points[v as usize].iter_mut().zip(by) {
-            *c = (*c + factor * by).clamp(0.0, 1.0);
+        for (v, by) in self.mirrors.moves(v, by) {
+            let low = self.corners[v as usize];
+            let point = &mut self.points[v as usize];
+            for k in 0..2 {
+                point[k] = (point[k] + factor * by[k]).clamp(low[k], low[k] + 1.0);
+            }
         }
     }
 }
@@ -370,7 +406,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
 
-    use super::super::pack;
+    use super::super::{PackOptions, pack};
     use super::*;
 
     type Flat = (Vec<[f64; 2]>, Vec<[u32; 3]>);
@@ -380,8 +416,8 @@ mod tests {
             .iter()
             .map(|(uvs, triangles)| Chart::new(uvs, triangles).unwrap())
             .collect();
-        let packing = pack(&charts, 4.0, 1024, &|| true);
-        let rounded = to_f32(&charts, &packing).unwrap();
+        let packing = pack(&charts, &PackOptions::new(4.0, 1024), &|| true).unwrap();
+        let rounded = to_f32(&charts, &packing, &[]).unwrap();
         for (chart, (uvs, placement)) in charts
             .iter()
             .zip(rounded.uvs.iter().zip(&packing.placements))
@@ -584,13 +620,9 @@ mod tests {
     fn another_number_of_charts_is_refused() {
         let (uvs, triangles) = sheet(&[1.0], 1, 0.0);
         let chart = Chart::new(&uvs, &triangles).unwrap();
-        assert!(to_f32(&[chart, chart], &pack(&[chart], 0.0, 64, &|| true)).is_err());
-        assert_eq!(
-            to_f32(&[], &pack(&[], 0.0, 64, &|| true))
-                .unwrap()
-                .uvs
-                .len(),
-            0
-        );
+        let packed = |charts: &[Chart]| pack(charts, &PackOptions::new(0.0, 64), &|| true);
+        assert!(to_f32(&[chart, chart], &packed(&[chart]).unwrap(), &[]).is_err());
+        let none = to_f32(&[], &packed(&[]).unwrap(), &[]).unwrap();
+        assert!(none.uvs.is_empty());
     }
 }

@@ -1,266 +1,295 @@
-//! The largest scale at which pieces fit into the square.
+//! Spots for pieces: one after the other, each as low as it goes.
 
 use std::collections::HashMap;
+use std::f64::consts::TAU;
+use std::sync::OnceLock;
 
-use super::hull::EnclosingBox;
-use super::mask::Mask;
+use rayon::prelude::*;
+
+use super::Turns;
 use super::occupancy::{Occupancy, Shape};
 use super::piece::Piece;
-use super::turned;
+use super::sheet::{Sheet, Stance};
 
-/// Cells along the side of the grid, at least, and per chart in a row of equal charts.
-const CELLS: usize = 512;
-const CELLS_PER_CHART: usize = 20;
+/// Rows of the last grid, per row of its tile: how far charts reach above the tile tells which
+/// scale to try next.
+const ROWS: f64 = 1.5;
 
-/// So many charts are tried in more than one order.
-const FEW: usize = 256;
+/// Angles of a full turn at which a piece is tried.
+const ANGLES: usize = 48;
 
-/// The scale is searched to this factor, in at most so many steps.
-const SCALE_ACCURACY: f64 = 1.0025;
-const SCALE_STEPS: usize = 10;
+/// How many stages are kept on the way to a fit.
+const STAGES: usize = 8;
 
-/// By how much more than its free rows tell a scale may grow.
-const SLACK: f64 = 1.02;
-
-/// Rows of the grid in which many charts are placed, per row of the square: how far they reach
-/// above the square tells which scale to try next.
-const ROWS_OF_MANY: f64 = 1.5;
-
-/// The scale of so many charts is searched in [`SCALE_STEPS`] at most; of more in fewer, since how
-/// high they reach depends less on chance, but no fewer than this.
+/// Of so many charts it is noted where there was no room for others like them.
 const MANY: usize = 1000;
-const FEWEST_STEPS: usize = 3;
-
-/// The factor by which a scale is smaller than the one at which charts should just fit, so that
-/// they nearly always do; and where it is not known by how much they do not fit.
-const NEARLY: f64 = 0.996;
-const SMALLER: f64 = 0.85;
 
 /// Shapes whose widths, heights and areas differ by less than this factor find room at about the
 /// same heights.
 const ALIKE: f64 = 1.1;
 
 /// How a piece is turned, and where its origin comes to lie.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 pub struct Spot {
     /// Cosine and sine of the angle.
     pub turn: [f64; 2],
-    /// The place of its origin.
+    /// The place of its origin, in cells.
     pub offset: [f64; 2],
+    /// The tile in which that is.
+    pub tile: usize,
 }
 
-/// The scale of a single piece, and its spot in the lower left corner.
-pub fn alone(piece: &Piece<'_>, border: f64) -> (f64, Vec<Spot>) {
-    let scale = (1.0 - 2.0 * border) / piece.square();
-    let scale = if scale.is_finite() { scale } else { 1.0 };
-    let angle = piece.boxes[piece.boxes.len() - 1].angle;
-    let turn = [angle.cos(), -angle.sin()];
-    let (_, [low, _]) = piece.oriented(turn, scale);
-    let offset = low.map(|c| border - c);
-    (scale, vec![Spot { turn, offset }])
+/// Spots for all pieces.
+#[derive(Clone)]
+pub struct Fit {
+    /// One for each piece.
+    pub spots: Vec<Spot>,
+    /// The number of rows that they take up in all tiles, those of full tiles counted whole.
+    pub height: usize,
+    /// The sum of the heights of all cells that are taken: the lower, the denser.
+    pub weight: usize,
+    /// The piece that is highest.
+    pub highest: usize,
 }
 
-/// Spots for all pieces, in cells, and the number of rows that they take up.
-struct Fit {
-    spots: Vec<Spot>,
-    height: usize,
+impl Fit {
+    /// What is to be as small as possible.
+    pub fn score(&self) -> (usize, usize) {
+        (self.height, self.weight)
+    }
 }
 
-/// The search for the largest scale at which pieces fit.
-pub struct Search<'a> {
-    pieces: &'a [Piece<'a>],
-    /// In which orders the pieces are placed, the largest first by one measure or another.
-    orders: Vec<Vec<usize>>,
-    /// Cells along the side of the square.
-    cells: usize,
-    /// Rows of the grid, of which those above the square are there to see how much is missing.
-    rows: usize,
-    /// Space around each piece, in cells.
-    reach: f64,
+/// In which order pieces are placed, and how.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// The pieces, the first first.
+    pub order: Vec<usize>,
+    /// For each piece the number of the only angle that is tried, [`ANGLES`] of which are a full
+    /// turn from its tightest box on; the directions of its boxes are where there is none.
+    pub angles: Vec<Option<usize>>,
 }
 
-impl<'a> Search<'a> {
-    /// A search with `border`, as a share of the square's side, around every piece.
-    pub fn new(pieces: &'a [Piece<'a>], border: f64) -> Self {
-        let per_row = (pieces.len() as f64).sqrt().ceil() as usize;
-        let cells = CELLS.max(CELLS_PER_CHART * per_row);
-        let by = |measure: fn(&EnclosingBox) -> f64| {
-            let measure = |i: usize| measure(&pieces[i].boxes[0]);
-            let mut order: Vec<usize> = (0..pieces.len()).collect();
-            order.sort_by(|&i, &j| measure(j).total_cmp(&measure(i)));
-            order
+/// Pieces in the cells of tiles, ready to be placed.
+pub struct Board<'a> {
+    pieces: &'a [Piece],
+    sheet: Sheet,
+    columns: usize,
+    tiles: usize,
+    /// For every piece the directions of its boxes.
+    stances: Vec<Vec<Stance>>,
+    /// For every piece that may be turned by any the angles of a full turn, each once it is asked for.
+    turned: Vec<Vec<OnceLock<Stance>>>,
+    /// What is taken in each tile from the start; nothing in those beyond.
+    taken: &'a [Shape],
+}
+
+/// Where the rows of each tile are that shapes of a kind found no room below.
+type Bottoms = HashMap<([u32; 3], usize), usize>;
+
+impl<'a> Board<'a> {
+    /// Pieces for `tiles` tiles, where something is taken from the start.
+    pub fn new(pieces: &'a [Piece], sheet: Sheet, tiles: usize, taken: &'a [Shape]) -> Self {
+        let turned = |piece: &Piece| match piece.turns {
+            Turns::Free => (0..ANGLES).map(|_| OnceLock::new()).collect(),
+            Turns::Quarters | Turns::None => Vec::new(),
         };
-        let mut orders = vec![by(|found| found.size[1])];
-        let mut rows = cells;
-        if pieces.len() <= FEW {
-            orders.push(by(|found| found.size[0] + found.size[1]));
-        } else {
-            rows = (ROWS_OF_MANY * cells as f64) as usize;
-        }
         Self {
             pieces,
-            orders,
-            cells,
-            rows,
-            reach: border * cells as f64,
+            sheet,
+            columns: sheet.columns,
+            tiles,
+            stances: pieces
+                .par_iter()
+                .map(|piece| sheet.stances(piece))
+                .collect(),
+            turned: pieces.iter().map(turned).collect(),
+            taken,
         }
     }
 
-    /// The largest scale found and a spot for every piece, in units of the square.
-    pub fn run(&self, goes_on: &dyn Fn() -> bool) -> (f64, Vec<Spot>) {
-        let side = self.cells as f64;
-        let most = self.most();
-        if !most.is_finite() {
-            let spots = self.fit(1.0).map(|fit| fit.spots);
-            return (1.0, self.in_square(spots.unwrap_or_default()));
+    /// Rows of all tiles.
+    pub fn rows(&self) -> usize {
+        self.tiles * self.columns
+    }
+
+    /// At how many angles a piece may lie besides the directions of its boxes.
+    pub fn angles(&self, piece: usize) -> usize {
+        self.turned[piece].len()
+    }
+
+    /// The ways in which a piece is to be tried.
+    fn tried(&self, piece: usize, angle: Option<usize>) -> &[Stance] {
+        let Some(angle) = angle else {
+            return &self.stances[piece];
+        };
+        let stance = self.turned[piece][angle].get_or_init(|| {
+            let piece = &self.pieces[piece];
+            let turn = TAU * angle as f64 / ANGLES as f64 - piece.boxes[0].angle;
+            self.sheet.stance(piece, [turn.cos(), turn.sin()])
+        });
+        std::slice::from_ref(stance)
+    }
+
+    /// A spot for every piece in the tiles, of which the last may be overfull; none if they are
+    /// too many even so.
+    pub fn fit(&self, plan: &Plan) -> Option<Fit> {
+        let mut stage = Stage::new(self.stances.len());
+        self.place(&mut stage, plan, plan.order.len(), usize::MAX)?;
+        stage.fit()
+    }
+
+    /// The same, with some stages on the way to it, from which it can be gone on otherwise.
+    pub fn stages(&self, plan: &Plan) -> Option<Stages> {
+        let count = plan.order.len();
+        let step = count.div_ceil(STAGES).max(1);
+        let mut stage = Stage::new(count);
+        let mut stages = Vec::new();
+        for next in (step..count).step_by(step) {
+            stages.push(stage.clone());
+            self.place(&mut stage, plan, next, usize::MAX)?;
         }
-        let (mut scale, mut high) = (0.75 * most, most);
-        let mut best: Option<(f64, Fit)> = None;
-        let mut left = (SCALE_STEPS * MANY / self.pieces.len()).clamp(FEWEST_STEPS, SCALE_STEPS);
-        loop {
-            match self.fit(scale) {
-                Some(fit) if fit.height <= self.cells => best = Some((scale, fit)),
-                Some(fit) => {
-                    high = scale;
-                    scale *= NEARLY * (side / fit.height as f64).sqrt();
+        self.place(&mut stage, plan, count, usize::MAX)?;
+        Some(Stages {
+            plan: plan.clone(),
+            fit: stage.fit()?,
+            stages,
+        })
+    }
+
+    /// A fit that is no higher than another, by a plan that differs from the other's.
+    pub fn other(&self, than: &Stages, plan: &Plan) -> Option<Fit> {
+        let is_same = |rank: usize| {
+            let piece = plan.order[rank];
+            piece == than.plan.order[rank] && plan.angles[piece] == than.plan.angles[piece]
+        };
+        let same = (0..plan.order.len()).position(|rank| !is_same(rank))?;
+        let from = than.stages.iter().rfind(|stage| stage.placed <= same);
+        let mut stage = from.map_or_else(|| Stage::new(plan.order.len()), Stage::clone);
+        self.place(&mut stage, plan, plan.order.len(), than.fit.height)?;
+        stage.fit()
+    }
+
+    /// Places the pieces of a plan from where a stage is up to a rank, none of them above `limit` rows.
+    fn place(&self, stage: &mut Stage, plan: &Plan, to: usize, limit: usize) -> Option<()> {
+        let mut bottoms = (self.stances.len() > MANY).then(HashMap::new);
+        for &i in &plan.order[stage.placed..to] {
+            let stances = self.tried(i, plan.angles[i]);
+            for tile in 0..self.tiles {
+                if tile == stage.grids.len() {
+                    stage.grids.push(self.grid(tile));
                 }
-                None => {
-                    high = scale;
-                    scale *= SMALLER;
+                let grid = &mut stage.grids[tile];
+                let below = limit.saturating_sub(tile * self.columns);
+                let top = grid.size()[1].min(below);
+                if let Some((stance, at)) = lowest(stances, grid, tile, top, bottoms.as_mut()) {
+                    grid.take(&stance.shape, at);
+                    let [_, rows] = stance.shape.size();
+                    let first = tile * self.columns + at[1];
+                    stage.weight += stance.shape.cells() * (2 * first + rows);
+                    if first + rows > stage.height {
+                        (stage.height, stage.highest) = (first + rows, i);
+                    }
+                    stage.spots[i] = Some(Spot {
+                        turn: stance.turn,
+                        offset: [0, 1].map(|k| at[k] as f64 + stance.origin[k]),
+                        tile,
+                    });
+                    break;
                 }
             }
-            let Some((low, fit)) = best.take() else {
-                continue;
-            };
-            // The free rows tell how much denser it can become.
-            let denser = low * SLACK * (side / fit.height.max(1) as f64).sqrt();
-            scale = (low * high.min(denser)).sqrt();
-            if left == 0 || scale <= SCALE_ACCURACY * low || !goes_on() {
-                return (low / side, self.in_square(fit.spots));
-            }
-            left -= 1;
-            best = Some((low, fit));
+            stage.spots[i]?;
+        }
+        stage.placed = to;
+        Some(())
+    }
+
+    /// A tile as it is from the start.
+    fn grid(&self, tile: usize) -> Occupancy {
+        let rows = match tile + 1 == self.tiles {
+            true => (ROWS * self.columns as f64) as usize,
+            false => self.columns,
+        };
+        let mut grid = Occupancy::new([self.columns, rows]);
+        if let Some(taken) = self.taken.get(tile) {
+            grid.take(taken, [0, 0]);
+        }
+        grid
+    }
+}
+
+/// Some of the pieces of a plan, placed.
+#[derive(Clone)]
+struct Stage {
+    /// How many.
+    placed: usize,
+    grids: Vec<Occupancy>,
+    spots: Vec<Option<Spot>>,
+    height: usize,
+    weight: usize,
+    highest: usize,
+}
+
+impl Stage {
+    fn new(count: usize) -> Self {
+        Self {
+            placed: 0,
+            grids: Vec::new(),
+            spots: vec![None; count],
+            height: 0,
+            weight: 0,
+            highest: 0,
         }
     }
 
-    /// No larger scale fits, by the area of all pieces and the side of the largest.
-    fn most(&self) -> f64 {
-        let room = self.cells as f64 - 2.0 * self.reach;
-        let area: f64 = self.pieces.iter().map(|piece| piece.area).sum();
-        let longest = self.pieces.iter().map(Piece::square).fold(0.0, f64::max);
-        room / area.sqrt().max(longest)
-    }
-
-    fn in_square(&self, spots: Vec<Spot>) -> Vec<Spot> {
-        let side = self.cells as f64;
-        let scaled = |spot: Spot| Spot {
-            offset: spot.offset.map(|c| c / side),
-            ..spot
-        };
-        spots.into_iter().map(scaled).collect()
-    }
-
-    /// A spot for every piece at a scale in cells; none if they do not all fit.
-    fn fit(&self, scale: f64) -> Option<Fit> {
-        self.orders
-            .iter()
-            .find_map(|order| self.fit_in_order(order, scale))
-    }
-
-    fn fit_in_order(&self, order: &[usize], scale: f64) -> Option<Fit> {
-        let mut occupancy = Occupancy::new([self.cells, self.rows]);
-        let nowhere = Spot {
-            turn: [1.0, 0.0],
-            offset: [0.0; 2],
-        };
-        let mut spots = vec![nowhere; self.pieces.len()];
-        let mut bottoms = (self.pieces.len() > MANY).then(HashMap::new);
-        for &i in order {
-            let piece = &self.pieces[i];
-            spots[i] = self.lowest_spot(piece, scale, &mut occupancy, bottoms.as_mut())?;
-        }
+    /// How all pieces lie, if all are placed.
+    fn fit(self) -> Option<Fit> {
         Some(Fit {
-            spots,
-            height: occupancy.height(),
+            spots: self.spots.into_iter().collect::<Option<_>>()?,
+            height: self.height,
+            weight: self.weight,
+            highest: self.highest,
         })
     }
+}
 
-    /// Places a piece so that its upper end is as low as possible. `bottoms`, if given, has the
-    /// rows below which shapes of a kind found no room; it is not looked for there again.
-    fn lowest_spot(
-        &self,
-        piece: &Piece<'_>,
-        scale: f64,
-        occupancy: &mut Occupancy,
-        mut bottoms: Option<&mut HashMap<[u32; 3], usize>>,
-    ) -> Option<Spot> {
-        let mut top = self.rows;
-        let mut best = None;
-        for stance in piece
-            .boxes
-            .iter()
-            .flat_map(|b| self.stances(piece, b, scale))
-        {
-            let kind = kind(&stance.shape);
-            let height = stance.shape.size()[1];
-            let bottom = bottoms.as_ref().and_then(|rows| rows.get(&kind).copied());
-            let found = occupancy.room(&stance.shape, bottom.unwrap_or(0), top);
-            if let Some(bottoms) = &mut bottoms {
-                let next = found.map_or((top + 1).saturating_sub(height), |at| at[1]);
-                bottoms.insert(kind, next.max(bottom.unwrap_or(0)));
-            }
-            if let Some(at) = found {
-                top = at[1] + height - 1;
-                best = Some((stance, at));
-            }
-        }
-        let (stance, at) = best?;
-        occupancy.take(&stance.shape, at);
-        Some(Spot {
-            turn: stance.turn,
-            offset: [0, 1].map(|k| at[k] as f64 + stance.origin[k]),
-        })
-    }
+/// A plan, how pieces lie by it, and stages on the way to that.
+pub struct Stages {
+    /// The plan.
+    pub plan: Plan,
+    /// How pieces lie by it.
+    pub fit: Fit,
+    stages: Vec<Stage>,
+}
 
-    /// A piece in its box turned by 0 to 3 right angles.
-    fn stances(&self, piece: &Piece<'_>, found: &EnclosingBox, scale: f64) -> Vec<Stance> {
-        let mut turn = [found.angle.cos(), -found.angle.sin()];
-        let (mut points, [low, high]) = piece.oriented(turn, scale);
-        for point in &mut points {
-            *point = [0, 1].map(|k| point[k] - low[k]);
+/// The stance and the place at which a piece's upper end is as low as possible, and below row `top`. `bottoms`, if
+/// given, has the rows below which shapes of a kind found no room; it is not looked for there again.
+fn lowest<'a>(
+    stances: &'a [Stance],
+    grid: &Occupancy,
+    tile: usize,
+    mut top: usize,
+    mut bottoms: Option<&mut Bottoms>,
+) -> Option<(&'a Stance, [usize; 2])> {
+    let mut best = None;
+    for stance in stances {
+        let kind = (kind(&stance.shape), tile);
+        let height = stance.shape.size()[1];
+        let bottom = bottoms.as_ref().and_then(|rows| rows.get(&kind).copied());
+        let found = grid.room(&stance.shape, bottom.unwrap_or(0), top);
+        if let Some(bottoms) = &mut bottoms {
+            let next = found.map_or((top + 1).saturating_sub(height), |at| at[1]);
+            bottoms.insert(kind, next.max(bottom.unwrap_or(0)));
         }
-        let size = [0, 1].map(|k| high[k] - low[k]);
-        let mut mask = Mask::new(&points, piece.triangles, size, self.reach);
-        let mut origin = low.map(|c| self.reach - c);
-        let mut masks: Vec<Mask> = Vec::new();
-        let mut stances = Vec::new();
-        for _ in 0..4 {
-            if !masks.contains(&mask) {
-                stances.push(Stance {
-                    turn,
-                    origin,
-                    shape: Shape::new(&mask),
-                });
-                masks.push(mask.clone());
-            }
-            origin = [mask.size()[1] as f64 - origin[1], origin[0]];
-            turn = turned(turn, [0.0, 1.0]);
-            mask = mask.quarter_turned();
+        if let Some(at) = found {
+            top = at[1] + height - 1;
+            best = Some((stance, at));
         }
-        stances
     }
+    best
 }
 
 /// The same for shapes that are [`ALIKE`].
 fn kind(shape: &Shape) -> [u32; 3] {
     let [width, height] = shape.size();
     [width, height, shape.cells()].map(|count| ((count as f64).ln() / ALIKE.ln()) as u32)
-}
-
-/// A shape for which room is sought.
-struct Stance {
-    turn: [f64; 2],
-    /// Where the piece's origin lies in the shape's box.
-    origin: [f64; 2],
-    shape: Shape,
 }

@@ -19,8 +19,13 @@ pub struct Patch {
     pub positions: Vec<[f64; 3]>,
     /// Of every half-edge.
     pub lengths: Vec<f64>,
+    /// Of every half-edge: its length times what a seam costs there, as against elsewhere. Lengths,
+    /// unless [`priced`](Self::priced).
+    pub prices: Vec<f64>,
     /// Of every half-edge: whether it is to be cut only where there is no other way.
     pub forbidden: Vec<bool>,
+    /// How much the creases of the surface count where a cut is looked for; usually 1.
+    pub crease_weight: f64,
     /// Of every triangle.
     pub areas: Vec<f64>,
     /// How long the mesh's unit of length is here.
@@ -54,6 +59,8 @@ impl Patch {
         Self {
             areas: areas(&topology, &positions),
             forbidden: vec![false; lengths.len()],
+            prices: lengths.clone(),
+            crease_weight: 1.0,
             topology,
             source,
             positions,
@@ -69,9 +76,12 @@ impl Patch {
         let at = |&v: &u32| self.positions[v as usize];
         let positions = part.source.iter().map(at).collect();
         let half_edges = triangles.iter().flat_map(|&t| 3 * t..3 * t + 3);
-        let forbidden = half_edges.map(|h| self.forbidden[h as usize]);
+        let forbidden = half_edges.clone().map(|h| self.forbidden[h as usize]);
+        let prices = half_edges.map(|h| self.prices[h as usize]);
         Self {
             forbidden: forbidden.collect(),
+            prices: prices.collect(),
+            crease_weight: self.crease_weight,
             ..Self::over(part, positions, self.scale)
         }
     }
@@ -83,6 +93,25 @@ impl Patch {
             .map(|h| forbidden(at(self.topology.origin(h)), at(self.topology.target(h))))
             .collect();
         self
+    }
+
+    /// With seams that cost `rate` times as much as they did, by the vertices of the mesh at the ends of
+    /// an edge.
+    pub fn priced(mut self, rate: impl Fn([u32; 2]) -> f64) -> Self {
+        let (topology, source) = (&self.topology, &self.source);
+        for (h, price) in (0..).zip(&mut self.prices) {
+            let ends = [topology.origin(h), topology.target(h)];
+            *price *= rate(ends.map(|v| source[v as usize]));
+        }
+        self
+    }
+
+    /// The most that a seam costs for each unit of length; at least 1.
+    pub fn highest_rate(&self) -> f64 {
+        let rates = self.prices.iter().zip(&self.lengths);
+        rates
+            .filter(|(_, length)| **length > 0.0)
+            .fold(1.0, |most, (price, length)| f64::max(most, price / length))
     }
 
     /// Costs of half-edges with those of forbidden ones infinite.
@@ -144,6 +173,28 @@ mod tests {
                 assert!((patch.lengths[h as usize] / expected - 1.0).abs() < 1e-6);
             }
         }
+    }
+
+    #[test]
+    fn prices_are_lengths_times_rates_and_parts_keep_them() {
+        let patch = Patch::of(&shapes::rectangle(2.0, 1.0, 4, 2));
+        assert_eq!(patch.prices, patch.lengths);
+        assert_eq!(patch.highest_rate(), 1.0);
+        let rate = |v: u32| f64::from(v % 3) + 0.5;
+        let priced = patch.priced(|ends| 0.5 * (rate(ends[0]) + rate(ends[1])));
+        assert_eq!(priced.highest_rate(), 2.5);
+        for h in 0..priced.topology.half_edges() {
+            let ends = [priced.topology.origin(h), priced.topology.target(h)];
+            let mean: f64 = ends
+                .map(|v| rate(priced.source[v as usize]))
+                .iter()
+                .sum::<f64>()
+                / 2.0;
+            assert_eq!(priced.prices[h as usize], priced.lengths[h as usize] * mean);
+        }
+        let part = priced.subset(&[1, 4]);
+        let expected = [3, 4, 5, 12, 13, 14].map(|h: usize| priced.prices[h]);
+        assert_eq!(part.prices, expected);
     }
 
     #[test]

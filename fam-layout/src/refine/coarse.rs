@@ -184,7 +184,7 @@ fn by_way_of_middle(
 }
 
 /// Of those found on simpler surfaces, the layout that misses the bound least, if at all by more
-/// than [`SLACK`]; then that with the fewest forbidden edges, then that with the shortest cut.
+/// than [`SLACK`]; then that with the fewest forbidden edges, then that with the cheapest cut.
 fn cheapest<'a>(
     problem: &Problem<'a>,
     start: &Start,
@@ -244,7 +244,7 @@ fn cheapest<'a>(
             let simple = &coarse.simplified.patch;
             let is_forbidden = |&h: &u32| simple.forbidden[h as usize];
             let forbidden = layout.cut.half_edges().filter(is_forbidden).count();
-            (above, forbidden, layout.cut.cost(&simple.lengths))
+            (above, forbidden, layout.cut.cost(&simple.prices))
         };
         if worth(&other) < worth(&best) {
             other
@@ -270,6 +270,8 @@ fn searched<'a>(
     let mut simplified = simplification.simplified(patch.scale);
     let costs = carried_costs(patch, cost, &simplified.patch);
     simplified.patch.forbidden = costs.iter().map(|cost| !cost.is_finite()).collect();
+    simplified.patch.prices = carried_prices(patch, &simplified.patch);
+    simplified.patch.crease_weight = patch.crease_weight;
     let simple = &simplified.patch;
     let share = share(budget, patch, simple);
     let mut coarse = Problem::new(simple, costs, problem.pace);
@@ -400,6 +402,17 @@ fn carried_costs(patch: &Patch, costs: &[f64], simple: &Patch) -> Vec<f64> {
         .collect()
 }
 
+/// The prices of seams on a simpler surface.
+fn carried_prices(patch: &Patch, simple: &Patch) -> Vec<f64> {
+    let carried = carried_costs(patch, &patch.prices, simple);
+    let price = |(price, &length): (f64, &f64)| if price.is_finite() { price } else { length };
+    carried
+        .into_iter()
+        .zip(&simple.lengths)
+        .map(price)
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -473,6 +486,33 @@ mod tests {
         assert!(layout.energy <= GOAL.bound + SLACK * (GOAL.bound - 4.0));
         // Most of the work is that on simpler surfaces.
         assert!(problem.work() < 60 * patch.areas.len() as u64);
+    }
+
+    #[test]
+    fn prices_are_carried_to_simpler_surfaces() {
+        let patch = Patch::of(&shapes::torus(1.0, 0.4, 90, 36));
+        let simple = Simplification::new(&patch.topology, &patch.positions, 2_000);
+        let simple = simple.simplified(patch.scale).patch;
+        assert_eq!(carried_prices(&patch, &simple), simple.lengths);
+        let middle =
+            patch.positions.iter().map(|p| p[0]).sum::<f64>() / patch.positions.len() as f64;
+        let is_dark: Vec<bool> = patch.positions.iter().map(|p| p[0] < middle).collect();
+        let priced = patch.priced(|ends| {
+            let rate = |v: u32| if is_dark[v as usize] { 0.1 } else { 1.0 };
+            rate(ends[0]) + rate(ends[1])
+        });
+        let prices = carried_prices(&priced, &simple);
+        let rate = |h: u32| prices[h as usize] / simple.lengths[h as usize];
+        let far = |h: u32, sign: f64| {
+            let ends = [simple.topology.origin(h), simple.topology.target(h)];
+            ends.iter()
+                .all(|&v| sign * (simple.positions[v as usize][0] - middle) > 0.1)
+        };
+        let close = |rate: f64, to: f64| (rate - to).abs() < 1e-9;
+        for h in 0..simple.topology.half_edges() {
+            assert!(!far(h, -1.0) || close(rate(h), 0.2), "{}", rate(h));
+            assert!(!far(h, 1.0) || close(rate(h), 2.0), "{}", rate(h));
+        }
     }
 
     #[test]

@@ -119,7 +119,7 @@ pub enum Start<'a> {
 
 /// Cuts a patch and lays it out without flipped triangles and overlaps. `cost` is that of a
 /// cut along every half-edge during the search; the seams that are found are straightened
-/// by their length and by creases. Forbidden edges of the patch are cut where there is no other
+/// by their price and by creases. Forbidden edges of the patch are cut where there is no other
 /// way. `budget` is how many Newton steps there may be, each times the triangles it is over;
 /// what is used up is taken off. `watch` is told the progress so far; after it says no, what
 /// there is is brought to a valid end.
@@ -350,7 +350,7 @@ fn into_limbs(problem: &Problem, mut cut: Cut) -> Cut {
 }
 
 /// By how much a layout is better than another: less above the bound, fewer forbidden edges, or
-/// a shorter cut.
+/// a cheaper cut.
 fn gain(problem: &Problem, old: &Layout, new: &Layout, bound: f64) -> f64 {
     match (old.suits(bound), new.suits(bound)) {
         (true, true) => {}

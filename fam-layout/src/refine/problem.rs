@@ -115,11 +115,11 @@ impl<'a> Problem<'a> {
         layout.cut.cost(&self.patch.lengths)
     }
 
-    /// What the cut of a layout costs; by their length where edges are forbidden.
+    /// What the cut of a layout costs; by their price where edges are forbidden.
     pub fn cost_of(&self, layout: &Layout) -> f64 {
         let cost = |h: u32| match self.cost[h as usize] {
             cost if cost.is_finite() => cost,
-            _ => self.patch.lengths[h as usize],
+            _ => self.patch.prices[h as usize],
         };
         0.5 * layout.cut.half_edges().map(cost).sum::<f64>()
     }

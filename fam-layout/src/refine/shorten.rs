@@ -24,7 +24,8 @@ const ROUNDS: usize = 40;
 /// Branches are closed together if this factor and term take the cost of the cheapest to theirs.
 const ALIKE: (f64, f64) = (1.5, 0.05);
 
-/// A branch that costs less per length is closed twice as far the next time.
+/// A branch whose closing raises the energy by less than this for what its edges cost is closed twice
+/// as far the next time.
 const CHEAP: f64 = 0.05;
 
 /// How often the sides of a cut are drawn together before it is given up.
@@ -52,11 +53,11 @@ const MANY: usize = 14_000;
 struct Known {
     /// How much of it to close next.
     step: f64,
-    /// The rise of the energy per length, once it was tried.
+    /// The rise of the energy over what its edges cost, once it was tried.
     rate: Option<f64>,
 }
 
-/// Closes branches from their ends, those first that cost least distortion per length,
+/// Closes branches from their ends, those first that cost least distortion for their price,
 /// as far as the energy stays within the bound. `proceed` is asked after every round.
 pub fn shortened(
     problem: &Problem,
@@ -120,16 +121,16 @@ fn round(
             tip(problem, branch, first.step)
         })
         .collect();
-    let lengths: Vec<f64> = tips
+    let prices: Vec<f64> = tips
         .iter()
-        .map(|tip| tip.iter().map(|&h| problem.patch.lengths[h as usize]).sum())
+        .map(|tip| tip.iter().map(|&h| problem.patch.prices[h as usize]).sum())
         .collect();
     let rates: Vec<Option<f64>> = (0..branches.len())
         .into_par_iter()
         .map(|i| match known[&branches[i].half_edges[0]].rate {
             Some(rate) => Some(rate),
             None => closed(problem, layout, tips[i])
-                .map(|closed| (closed.energy - layout.energy) / lengths[i]),
+                .map(|closed| (closed.energy - layout.energy) / prices[i]),
         })
         .collect();
     let mut again = false;
@@ -157,7 +158,7 @@ fn round(
         if !rate(i).is_finite() || rate(i) > most {
             break;
         }
-        if energy + rate(i) * lengths[i] > bound {
+        if energy + rate(i) * prices[i] > bound {
             // With the rest relaxed there may be room for it.
             if is_relaxed {
                 again |= known.shorten(tips[i]);
@@ -170,7 +171,7 @@ fn round(
         {
             continue;
         }
-        energy += rate(i) * lengths[i];
+        energy += rate(i) * prices[i];
         if rate(i) < CHEAP {
             known.step *= 2.0;
         }

@@ -16,10 +16,11 @@ const NEARBY: f64 = 0.02;
 /// How many times as much it costs to go further.
 const BEYOND: f64 = 100.0;
 
-/// How far a cut may move to have fewer turns. Twice as far, and less, seams came out as long.
+/// How far a cut may move to have fewer turns, by what the edges on the way cost. Twice as far, and
+/// less, seams came out as long.
 const REACH: f64 = 0.05;
 
-/// What a turn by a right angle costs, as a share of the shorter of the two edges.
+/// What a turn by a right angle costs, as a share of the price of the cheaper of the two edges.
 const TURN: f64 = 0.3;
 
 /// The cut made shorter, by what it costs along every half-edge, without moving its ends or leaving
@@ -41,10 +42,11 @@ pub fn straightened_nearby(problem: &Problem, cut: &Cut, bound: f64) -> Cut {
     let on_cut: Vec<u32> = cut.half_edges().map(|h| topology.origin(h)).collect();
     let away = distances(topology, &problem.patch.lengths, &on_cut);
     let is_near = |v: u32| away[v as usize] <= NEARBY;
+    let beyond = BEYOND * problem.patch.highest_rate();
     let cost: Vec<f64> = (0..topology.half_edges())
         .map(|h| {
             let near = is_near(topology.origin(h)) && is_near(topology.target(h));
-            problem.cost[h as usize] * if near { 1.0 } else { BEYOND }
+            problem.cost[h as usize] * if near { 1.0 } else { beyond }
         })
         .collect();
     straightened(problem.patch, &cost, cut, bound)
@@ -56,6 +58,7 @@ pub fn smoothed(problem: &Problem, cut: &Cut, bound: f64) -> Cut {
         topology,
         positions,
         lengths,
+        prices,
         ..
     } = problem.patch;
     let along = |h: u32| {
@@ -65,7 +68,8 @@ pub fn smoothed(problem: &Problem, cut: &Cut, bound: f64) -> Cut {
     let turn = |one: u32, next: u32| {
         let [a, b] = [one, next].map(|h| lengths[h as usize]);
         let straight = dot(along(one), along(next)) / (a * b).max(f64::MIN_POSITIVE);
-        TURN * a.min(b) * (1.0 - straight).max(0.0)
+        let price = prices[one as usize].min(prices[next as usize]);
+        TURN * price * (1.0 - straight).max(0.0)
     };
     let pinned = corners(problem.patch, bound);
     smooth(topology, &problem.cost, turn, REACH, cut, &pinned)

@@ -28,6 +28,8 @@ pub(super) struct Hessian {
     free: Vec<u32>,
     /// The links along the edges of triangles.
     edges: Vec<[u32; 2]>,
+    /// Of every vertex the coordinates that do not change; empty if all do.
+    held: Vec<[bool; 2]>,
     /// None before the pattern is analysed.
     system: Option<SparseSystem<2>>,
     /// Per triangle the blocks of its corners 0 and 1, 1 and 2, 2 and 0.
@@ -59,7 +61,34 @@ impl Hessian {
             nodes,
             free,
             edges,
+            held: Vec::new(),
             slots: Vec::new(),
+        }
+    }
+
+    /// Where some vertices keep one of their coordinates, or both: `held` says so for every vertex.
+    pub(super) fn hold(&mut self, held: Vec<[bool; 2]>) {
+        self.held = held;
+    }
+
+    /// A vector of a vertex without the coordinates that it keeps.
+    fn free_part(&self, vertex: u32, vector: [f64; 2]) -> [f64; 2] {
+        match self.held.get(vertex as usize) {
+            Some(held) => [0, 1].map(|k| if held[k] { 0.0 } else { vector[k] }),
+            None => vector,
+        }
+    }
+
+    /// Makes the rows of coordinates that are kept those of the identity.
+    fn keep_held(&mut self) {
+        let Some(system) = &mut self.system else {
+            return;
+        };
+        for (&node, held) in self.nodes.iter().zip(&self.held) {
+            if node != NONE {
+                let [u, v] = held.map(f64::from);
+                system.add_diagonal(node, &[[u, 0.0], [0.0, v]]);
+            }
         }
     }
 
@@ -105,7 +134,7 @@ impl Hessian {
     /// Computes gradient and Hessian of the symmetric Dirichlet energy at a map, once the pattern
     /// is analysed.
     pub(super) fn assemble(&mut self, triangles: &[[u32; 3]], rest: &RestShapes, uv: &[[f64; 2]]) {
-        let Some(system) = &mut self.system else {
+        let Some(mut system) = self.system.take() else {
             return;
         };
         system.clear();
@@ -115,9 +144,10 @@ impl Hessian {
             let area = rest.area(t);
             let derivatives = derivatives(&jacobian(rest, t, corners.map(|v| uv[v as usize])));
             // The modes as displacements of the three corners.
-            let modes = derivatives
-                .modes
-                .map(|(eigenvalue, mode)| (area * eigenvalue, hats.map(|hat| times(&mode, hat))));
+            let modes = derivatives.modes.map(|(eigenvalue, mode)| {
+                let moved = [0, 1, 2].map(|c| self.free_part(corners[c], times(&mode, hats[c])));
+                (area * eigenvalue, moved)
+            });
             let block = |one: usize, other: usize| {
                 let mut block = [[0.0; 2]; 2];
                 for (eigenvalue, corners) in &modes {
@@ -133,7 +163,7 @@ impl Hessian {
             for c in 0..3 {
                 let node = self.nodes[corners[c] as usize];
                 if node != NONE {
-                    let force = times(&derivatives.gradient, hats[c]);
+                    let force = self.free_part(corners[c], times(&derivatives.gradient, hats[c]));
                     let sum = &mut self.gradient[node as usize];
                     *sum = [0, 1].map(|i| sum[i] + area * force[i]);
                     system.add_diagonal(node, &block(c, c));
@@ -143,16 +173,29 @@ impl Hessian {
                 }
             }
         }
+        self.system = Some(system);
+        self.keep_held();
     }
 
     /// Adds the barrier of pairs of boundary parts that have their blocks.
     pub(super) fn add_pairs(&mut self, pairs: &[Pair], uv: &[[f64; 2]]) {
         for pair in pairs {
             let nodes = pair.vertices.map(|v| self.node(v));
+            let mut derivatives = pair.derivatives(uv);
+            for (c, &v) in pair.vertices.iter().enumerate() {
+                let free = self.free_part(v, [1.0; 2]);
+                for i in (0..2).filter(|&i| free[i] == 0.0) {
+                    derivatives.gradient[2 * c + i] = 0.0;
+                    derivatives.hessian[2 * c + i] = [0.0; 6];
+                    derivatives
+                        .hessian
+                        .iter_mut()
+                        .for_each(|row| row[2 * c + i] = 0.0);
+                }
+            }
             let Some(system) = &mut self.system else {
                 return;
             };
-            let derivatives = pair.derivatives(uv);
             let block = |one: usize, other: usize| {
                 [0, 1].map(|i| [0, 1].map(|k| derivatives.hessian[2 * one + i][2 * other + k]))
             };
@@ -312,6 +355,33 @@ mod tests {
                 assert!((change + expected[i]).abs() < 1e-5 * (1.0 + expected[i].abs()));
             }
         }
+    }
+
+    /// The others go where they would if the vertices that keep both coordinates were fixed.
+    #[test]
+    fn coordinates_that_are_kept_do_not_change() {
+        let sheet = Sheet::new(0.05);
+        let mut held = vec![[false; 2]; sheet.uv.len()];
+        held[3] = [true; 2];
+        let fixed = sheet.hessian().direction().unwrap();
+        let holding = |held: &[[bool; 2]]| {
+            let mut hessian = Hessian::new(&sheet.triangles, sheet.uv.len(), |_| true);
+            hessian.hold(held.to_vec());
+            hessian.cover(&sheet.triangles, &[]).unwrap();
+            hessian.assemble(&sheet.triangles, &sheet.rest, &sheet.uv);
+            hessian.direction().unwrap()
+        };
+        let (direction, slope) = holding(&held);
+        assert!((slope / fixed.1 - 1.0).abs() < 1e-9);
+        for (one, other) in direction.iter().zip(&fixed.0) {
+            assert!((0..2).all(|k| (one[k] - other[k]).abs() < 1e-9));
+        }
+        (held[0], held[5]) = ([true, false], [false, true]);
+        let (direction, slope) = holding(&held);
+        assert!(slope < 0.0 && slope > fixed.1);
+        assert!(direction[0][0] == 0.0 && direction[0][1] != 0.0);
+        assert!(direction[5][1] == 0.0 && direction[5][0] != 0.0);
+        assert_eq!(direction[3], [0.0; 2]);
     }
 
     #[test]

@@ -114,6 +114,18 @@ impl Flattening {
         })
     }
 
+    /// With vertices that keep one of their coordinates, or both, while they move: `held` says so for
+    /// every vertex. A vertex that keeps one slides along a line parallel to an axis.
+    ///
+    /// # Errors
+    /// `held` does not reach as far as the vertices.
+    pub(crate) fn holding(mut self, held: Vec<[bool; 2]>) -> Result<Self, SolveError> {
+        reaches("held", self.vertices, held.len())?;
+        self.anchored = self.anchored || held.iter().flatten().any(|&h| h);
+        self.hessian.hold(held);
+        Ok(self)
+    }
+
     /// Moves the free vertices, so that the energy decreases and no triangle turns over. If
     /// there is a `boundary` (of the whole chart), it stays simple, kept apart by a barrier.
     ///

@@ -34,6 +34,34 @@ pub(crate) fn even_out(triangles: &[[u32; 3]], rest: &RestShapes, uv: &mut [[f64
     }
 }
 
+/// Stretches a map along both axes by the factors at which its symmetric Dirichlet energy is least.
+///
+/// With the rows `u` and `v` of `J`, `‖J‖² = |u|² + |v|²` and `‖J⁻¹‖² = (|u|² + |v|²) / det² J`. So the
+/// energy is a sum of `α² P + R / α²` and `β² Q + S / β²` for factors `α` and `β`. Nothing is moved where
+/// these are no numbers, or where a triangle would flip by rounding.
+pub(crate) fn even_out_axes(triangles: &[[u32; 3]], rest: &RestShapes, uv: &mut [[f64; 2]]) {
+    let (mut along, mut inverse) = ([0.0; 2], [0.0; 2]);
+    for (t, corners) in triangles.iter().enumerate() {
+        let [u, v] = jacobian(rest, t, corners.map(|v| uv[v as usize]));
+        let determinant = u[0] * v[1] - u[1] * v[0];
+        let squares = [u, v].map(|row| rest.area(t) * (row[0] * row[0] + row[1] * row[1]));
+        for k in 0..2 {
+            along[k] += squares[k];
+            inverse[k] += squares[1 - k] / (determinant * determinant);
+        }
+    }
+    let factors = [0, 1].map(|k| (inverse[k] / along[k]).sqrt().sqrt());
+    if factors.iter().all(|f| f.is_finite() && *f > 0.0) {
+        let even: Vec<[f64; 2]> = uv
+            .iter()
+            .map(|q| [0, 1].map(|k| factors[k] * q[k]))
+            .collect();
+        if first_flipped(triangles, &even).is_none() {
+            uv.copy_from_slice(&even);
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -13,7 +13,7 @@ use crate::patch::topology::Topology;
 const LEAST_WEIGHT: f64 = 0.05;
 const MOST_WEIGHT: f64 = 5.0;
 
-/// In the place of a node: the vertex is on the circle.
+/// In the place of a node: the vertex is on the outer boundary.
 const NONE: u32 = u32::MAX;
 
 /// The share of the circle that is spread evenly over the edges of the boundary; the rest goes
@@ -56,7 +56,24 @@ pub(crate) fn embed(topology: &Topology, rest: &RestShapes) -> Result<Vec<[f64; 
             found: rest.len(),
         });
     }
-    let mut disk = Disk::new(topology, rest)?;
+    let (outer, holes) = outer_and_holes(topology, rest)?;
+    embed_within(topology, rest, on_circle(topology, rest, &outer), &holes)
+}
+
+/// The same with the vertices of the outer boundary elsewhere: in the order that they have there,
+/// around a convex region. `places` has those, and none for all others; `holes` are all other loops
+/// of the boundary.
+///
+/// # Errors
+/// As [`embed`]; also where an edge runs from one vertex to another along one straight side of the
+/// region, so that a triangle collapses.
+pub(crate) fn embed_within(
+    topology: &Topology,
+    rest: &RestShapes,
+    places: Vec<Option<[f64; 2]>>,
+    holes: &[Vec<u32>],
+) -> Result<Vec<[f64; 2]>, SolveError> {
+    let mut disk = Disk::new(topology, rest, places, holes)?;
     let mut best = disk.solve()?;
     let (mut flipped, mut energy) = rank(topology, rest, &best);
     for _ in 0..ROUNDS {
@@ -77,6 +94,24 @@ pub(crate) fn embed(topology: &Topology, rest: &RestShapes) -> Result<Vec<[f64; 
     }
 }
 
+/// The longest loop of the boundary of a disk, and all others.
+fn outer_and_holes(
+    topology: &Topology,
+    rest: &RestShapes,
+) -> Result<(Vec<u32>, Vec<Vec<u32>>), SolveError> {
+    let mut loops = topology.boundary_loops();
+    if topology.euler_characteristic() != 2 - loops.len() as i64 || loops.is_empty() {
+        return Err(SolveError::NotADisk);
+    }
+    let lengths: Vec<f64> = loops.iter().map(|edges| loop_length(rest, edges)).collect();
+    let longer = |best, k: usize| if lengths[k] > lengths[best] { k } else { best };
+    let outer = loops.swap_remove((0..loops.len()).fold(0, longer));
+    match outer.len() < 3 {
+        true => Err(SolveError::ShortBoundary),
+        false => Ok((outer, loops)),
+    }
+}
+
 /// How many triangles are flipped or collapsed, and the mean energy if there are none.
 fn rank(topology: &Topology, rest: &RestShapes, uv: &[[f64; 2]]) -> (usize, f64) {
     let integrals = Integrals::of(topology.triangles(), rest, uv);
@@ -88,8 +123,8 @@ fn rank(topology: &Topology, rest: &RestShapes, uv: &[[f64; 2]]) -> (usize, f64)
 struct Disk<'a> {
     topology: &'a Topology,
     rest: &'a RestShapes,
-    /// Per vertex its place on the circle, or none in the interior; then the centres of holes.
-    circle: Vec<Option<[f64; 2]>>,
+    /// Per vertex its place on the outer boundary, or none in the interior; then the centres of holes.
+    places: Vec<Option<[f64; 2]>>,
     /// The node of every vertex in the interior.
     nodes: Vec<u32>,
     system: SparseSystem<1>,
@@ -100,27 +135,21 @@ struct Disk<'a> {
 }
 
 impl<'a> Disk<'a> {
-    fn new(topology: &'a Topology, rest: &'a RestShapes) -> Result<Self, SolveError> {
-        let mut loops = topology.boundary_loops();
-        if topology.euler_characteristic() != 2 - loops.len() as i64 || loops.is_empty() {
-            return Err(SolveError::NotADisk);
-        }
-        let lengths: Vec<f64> = loops.iter().map(|edges| loop_length(rest, edges)).collect();
-        let longer = |best, k: usize| if lengths[k] > lengths[best] { k } else { best };
-        let outer = loops.swap_remove((0..loops.len()).fold(0, longer));
-        if outer.len() < 3 {
-            return Err(SolveError::ShortBoundary);
-        }
-        let mut circle = on_circle(topology, rest, &outer);
+    fn new(
+        topology: &'a Topology,
+        rest: &'a RestShapes,
+        mut places: Vec<Option<[f64; 2]>>,
+        holes: &[Vec<u32>],
+    ) -> Result<Self, SolveError> {
         let mut spokes = Vec::new();
         // Holes of two edges are closed, those of three are triangles.
-        for edges in loops.iter().filter(|edges| edges.len() > 3) {
-            spokes.extend(edges.iter().map(|&h| (h, circle.len() as u32)));
-            circle.push(None);
+        for edges in holes.iter().filter(|edges| edges.len() > 3) {
+            spokes.extend(edges.iter().map(|&h| (h, places.len() as u32)));
+            places.push(None);
         }
-        let mut nodes = vec![NONE; circle.len()];
+        let mut nodes = vec![NONE; places.len()];
         let mut count = 0;
-        for (node, place) in nodes.iter_mut().zip(&circle) {
+        for (node, place) in nodes.iter_mut().zip(&places) {
             if place.is_none() {
                 *node = count;
                 count += 1;
@@ -142,7 +171,7 @@ impl<'a> Disk<'a> {
             topology,
             rest,
             system: SparseSystem::new(count as usize, &links)?,
-            circle,
+            places,
             nodes,
             spokes,
             tightness: vec![1.0; topology.triangles().len()],
@@ -152,7 +181,7 @@ impl<'a> Disk<'a> {
     /// The positions at which every inner vertex is the weighted mean of its neighbours.
     fn solve(&mut self) -> Result<Vec<[f64; 2]>, SolveError> {
         let topology = self.topology;
-        let inner = self.circle.iter().filter(|place| place.is_none()).count();
+        let inner = self.places.iter().filter(|place| place.is_none()).count();
         let mut pull = vec![[0.0; 2]; inner];
         self.system.clear();
         for (t, corners) in topology.triangles().iter().enumerate() {
@@ -170,14 +199,14 @@ impl<'a> Disk<'a> {
         }
         self.system.factorize()?;
         self.system.solve(&mut pull);
-        let places = self.circle.iter().zip(&self.nodes);
-        Ok(places
+        let all = self.places.iter().zip(&self.nodes);
+        Ok(all
             .take(topology.vertices())
             .map(|(place, &node)| place.unwrap_or_else(|| pull[node as usize]))
             .collect())
     }
 
-    /// Ties two vertices to each other; what is on the circle pulls.
+    /// Ties two vertices to each other; what is on the outer boundary pulls.
     fn link(&mut self, [a, b]: [u32; 2], weight: f64, pull: &mut [[f64; 2]]) {
         let (one, other) = (self.nodes[a as usize], self.nodes[b as usize]);
         for (node, beyond) in [(one, b), (other, a)] {
@@ -185,7 +214,7 @@ impl<'a> Disk<'a> {
                 continue;
             }
             self.system.add_diagonal(node, &[[weight]]);
-            if let Some([x, y]) = self.circle[beyond as usize] {
+            if let Some([x, y]) = self.places[beyond as usize] {
                 let sum = &mut pull[node as usize];
                 *sum = [sum[0] + weight * x, sum[1] + weight * y];
             }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numbers
+from collections.abc import Sequence
 from typing import Any, Literal, TypedDict, cast
 
 from ._errors import InputError
@@ -10,6 +11,8 @@ from ._errors import InputError
 Method = Literal["auto", "direct", "neural"]
 Backend = Literal["auto", "flex", "wgpu"]
 Preset = Literal["fast", "paper"]
+Symmetry = Literal["off", "auto", "x", "y", "z"]
+Stack = Literal["none", "identical", "mirrored"]
 
 
 class Options(TypedDict, total=False):
@@ -21,8 +24,27 @@ class Options(TypedDict, total=False):
     - `distortion_bound`: the mean symmetric Dirichlet energy that a layout may have, above 4, the
       energy of an isometry; 4.1 by default.
     - `seam_weight`: how much a seam costs against distortion; 1 by default.
+    - `hide_seams`: how much more a seam costs where the surface is seen than where it is hidden: at
+      1 eleven times as much; 0, the same everywhere, by default.
+    - `seen_from`: the direction from which the surface is seen, three numbers, for `hide_seams`; by
+      default it is seen from all sides.
+    - `hard_angle`: cut along all edges at which the surface turns by at least so many degrees; by
+      default along none.
+    - `crease_weight`: how many tenths cheaper a seam is along a right-angled crease; 1 by default.
+    - `symmetry`: the plane in which layouts are mirrored: `off` by default; `auto` finds it; `x`,
+      `y` and `z` are across that axis.
+    - `stack`: parts that share their place in the square: `none` by default, `identical` ones, or
+      `mirrored` ones too.
+    - `straighten`: whether charts that are nearly rectangles or strips get straight sides.
+    - `upright`: the direction, three numbers, that is up in the square too; none by default.
+    - `coverage_weight`: how much it counts that the square is filled: charts are divided where that
+      pays for the seam; 0, so that none is, by default.
     - `max_charts`: most charts of a connected part; by default as many as the bound takes.
     - `margin`: texels between charts, of a square of `resolution` texels; 4 of 2048 by default.
+    - `texel_density`: texels per unit of length; by default charts are as large as they fit.
+    - `tiles`: UDIM tiles that charts are spread over, at most so many with `texel_density`; 1 by
+      default.
+    - `whole_texels`: whether charts begin at corners of texels, as lightmaps like it.
     - `separate_duplicates`: triangles that lie on others get UVs of their own, as lightmaps need.
     - `time_budget`: about how many seconds it may take.
     - `preset`, `iterations`, `seed`: how networks are trained, where any are. `fast` takes half a
@@ -35,9 +57,21 @@ class Options(TypedDict, total=False):
     method: Method
     distortion_bound: float
     seam_weight: float
+    hide_seams: float
+    seen_from: Sequence[float] | None
+    hard_angle: float | None
+    crease_weight: float
+    symmetry: Symmetry
+    stack: Stack
+    straighten: bool
+    upright: Sequence[float] | None
+    coverage_weight: float
     max_charts: int | None
     margin: float
     resolution: int
+    texel_density: float | None
+    tiles: int
+    whole_texels: bool
     separate_duplicates: bool
     time_budget: float | None
     preset: Preset
@@ -50,9 +84,21 @@ _DEFAULTS: Options = {
     "method": "auto",
     "distortion_bound": 4.1,
     "seam_weight": 1.0,
+    "hide_seams": 0.0,
+    "seen_from": None,
+    "hard_angle": None,
+    "crease_weight": 1.0,
+    "symmetry": "off",
+    "stack": "none",
+    "straighten": False,
+    "upright": None,
+    "coverage_weight": 0.0,
     "max_charts": None,
     "margin": 4.0,
     "resolution": 2048,
+    "texel_density": None,
+    "tiles": 1,
+    "whole_texels": False,
     "separate_duplicates": False,
     "time_budget": None,
     "preset": "fast",
@@ -71,10 +117,22 @@ class TrainingOptions(TypedDict, total=False):
     backend: Backend
 
 
-_TEXTS = {"method", "preset", "backend"}
-_NUMBERS = {"distortion_bound", "seam_weight", "margin", "time_budget"}
-_MAY_BE_NONE = {"max_charts", "time_budget", "iterations", "seed"}
-_LARGEST = {"resolution": 2**32 - 1, "seed": 2**64 - 1}
+_TEXTS = {"method", "preset", "backend", "symmetry", "stack"}
+_FLAGS = {"separate_duplicates", "straighten", "whole_texels"}
+_DIRECTIONS = {"seen_from", "upright"}
+_NUMBERS = {
+    "coverage_weight",
+    "crease_weight",
+    "distortion_bound",
+    "hard_angle",
+    "hide_seams",
+    "margin",
+    "seam_weight",
+    "texel_density",
+    "time_budget",
+}
+_MAY_BE_NONE = {name for name, value in _DEFAULTS.items() if value is None}
+_LARGEST = {"resolution": 2**32 - 1, "tiles": 2**32 - 1, "seed": 2**64 - 1}
 
 
 def complete(options: Options | TrainingOptions) -> Options:
@@ -93,11 +151,19 @@ def _checked(name: str, value: Any) -> Any:
         if isinstance(value, str):
             return value
         raise InputError(f"{name} must be a text, not {value!r}")
-    if name == "separate_duplicates":
+    if name in _FLAGS:
         return bool(value)
+    if name in _DIRECTIONS:
+        return _direction(name, value)
     if name in _NUMBERS:
         return number(name, value)
     return whole(name, value, _LARGEST.get(name, 2**63 - 1))
+
+
+def _direction(name: str, value: Any) -> list[float]:
+    if isinstance(value, Sequence) and len(value) == 3:
+        return [number(name, part) for part in value]
+    raise InputError(f"{name} must be three numbers, not {value!r}")
 
 
 def number(name: str, value: Any) -> float:

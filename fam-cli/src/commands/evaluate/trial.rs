@@ -9,7 +9,7 @@ use fam_core::training::{Strategies, TrainingConfig};
 use fam_layout::{LayoutConfig, MeshInput, lay_out};
 use fam_surface::metrics::Metrics;
 use fam_surface::seams::SeamRule;
-use fam_surface::{Components, Surface, SurfaceError, TriangleMesh, UvMap};
+use fam_surface::{Components, Surface, TriangleMesh, UvMap};
 
 use super::table::{Outcome, Row};
 use crate::backend::{Backend, Job};
@@ -59,11 +59,11 @@ impl Trial<'_> {
             Source::Model(model) => self.load(model, mesh, &parting),
         };
         let raw = raw.map_err(|failure| failure.of(&name))?;
-        let marked = Marked::by_polygons(&document, mesh);
+        let marked = Marked::by_polygons(&document, mesh).map_err(|failure| failure.of(&name))?;
         let rows = self.rows(mesh, &raw, &marked);
         Ok(Outcome::Done {
             training_seconds: raw.training_seconds,
-            rows: rows.map_err(|error| Failure::input(error).of(&name))?,
+            rows: rows.map_err(|failure| failure.of(&name))?,
         })
     }
 
@@ -108,18 +108,16 @@ impl Trial<'_> {
         })
     }
 
-    fn rows(
-        &self,
-        mesh: &TriangleMesh,
-        raw: &Raw,
-        marked: &Marked,
-    ) -> Result<Vec<Row>, SurfaceError> {
+    fn rows(&self, mesh: &TriangleMesh, raw: &Raw, marked: &Marked) -> Result<Vec<Row>, Failure> {
         let components = &raw.components;
-        let measure = |maps: &[UvMap]| Metrics::measure(mesh, &components.uv_map(maps)?);
+        let measure = |maps: &[UvMap]| {
+            let uvs = components.uv_map(maps).map_err(Failure::input)?;
+            Metrics::measure(mesh, &uvs).map_err(Failure::input)
+        };
         let mut rows = vec![Row {
             layout: "raw map".to_string(),
             finishing_seconds: None,
-            metrics: measure(&components.vertex_maps(&raw.uvs)?)?,
+            metrics: measure(&components.vertex_maps(&raw.uvs).map_err(Failure::input)?)?,
         }];
         let default = LayoutConfig::default();
         let tight = LayoutConfig {
@@ -135,16 +133,16 @@ impl Trial<'_> {
             let mut progress = UnwrapProgress::new(ProgressMode::of_user(self.quiet), self.stop);
             let started = Instant::now();
             let input = MeshInput {
-                components,
                 map,
-                squares: &[],
                 marks: &marked.marks,
+                ..MeshInput::of(components)
             };
             let atlas = lay_out(config, &input, &mut |now| {
                 progress.show(Progress::Layout(now))
             });
             let seconds = started.elapsed().as_secs_f64();
             progress.end();
+            let atlas = atlas.map_err(Failure::work)?;
             let maps: Vec<UvMap> = atlas.components.into_iter().map(|c| c.uvs).collect();
             rows.push(Row {
                 layout,

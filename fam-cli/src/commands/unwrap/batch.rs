@@ -7,7 +7,7 @@ use std::time::Duration;
 use fam::Method;
 use serde_json::json;
 
-use super::run::{Run, print_json};
+use super::run::Run;
 use crate::again::Again;
 use crate::batch::{Row, Table};
 use crate::failure::{Failure, SUCCESS};
@@ -15,7 +15,7 @@ use crate::interrupt::{INTERRUPTED, STOPPING};
 use crate::jobs::{self, Event, FileEvent, Outcome, Task, WorkerSettings};
 use crate::manifest::{self, Entry, Manifest, State};
 use crate::progress::BatchProgress;
-use crate::terminal::print_line;
+use crate::terminal::{print_json, print_line};
 
 impl Run {
     /// Flattens files, each with a folder of its own, and says what came of each.

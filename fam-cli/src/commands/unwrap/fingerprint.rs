@@ -92,7 +92,7 @@ impl Run {
         let mut hasher = content.0.clone();
         let arguments = &self.arguments;
         let shaping = format!(
-            "{}\n{}\n{:?} {} {} {} {} {} {:?} {:?}",
+            "{}\n{}\n{:?} {} {} {} {} {} {} {:?} {:?}\n{:?} {} {:?} {:?} {:?}",
             env!("CARGO_PKG_VERSION"),
             serde_json::to_string(&self.config).map_err(Failure::work)?,
             arguments.format,
@@ -100,9 +100,15 @@ impl Run {
             arguments.checker,
             arguments.seam_lines,
             arguments.per_material,
+            arguments.per_object,
             arguments.separate_duplicates,
             arguments.seam_rule,
             arguments.time_budget,
+            arguments.weight,
+            arguments.improve,
+            arguments.only,
+            arguments.selected,
+            arguments.paint,
         );
         hasher.update(shaping.as_bytes());
         self.marks.write_to(&mut hasher).map_err(Failure::work)?;

@@ -59,7 +59,7 @@ pub fn unwrap(arguments: args::Unwrap, again: &Again) -> Result<u8, Failure> {
         Inputs::Batch { files, failed } => {
             // Workers report progress; the batch shows it.
             let run = Run::new(arguments, ProgressMode::Silent)?;
-            match run.marks.option() {
+            match run.marks.file_option() {
                 Some(option) if files.len() + failed.len() > 1 => Err(Failure::input(format!(
                     "{option} marks edges of one mesh, but there are several inputs"
                 ))),

@@ -1,4 +1,3 @@
-use std::io::{ErrorKind, Write};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -22,11 +21,12 @@ use crate::checkpoints::{self, Checkpoints};
 use crate::config::{self, Config};
 use crate::failure::{Failure, SUCCESS};
 use crate::interrupt::{INTERRUPTED, stop_on_interrupt};
+use crate::kept::kept;
 use crate::marks::MarkFiles;
 use crate::output::{Output, Results};
-use crate::parting::parting;
+use crate::parting::{parting, weighted};
 use crate::progress::{ProgressMode, UnwrapProgress, short};
-use crate::terminal::print_line;
+use crate::terminal::{print_json, print_line};
 
 /// What all files of a run have in common.
 pub struct Run {
@@ -179,6 +179,18 @@ impl Run {
             }
             _ => None,
         };
+        let in_squares = match arguments.per_object {
+            true => Parting::by_object(&document.labels().objects).with_square_per_label(),
+            false => parting(document.labels(), arguments.per_material),
+        };
+        let triangles = match surface {
+            Surface::Mesh(mesh) => mesh.triangles().len(),
+            Surface::PointCloud(_) => 0,
+        };
+        let parting = weighted(document.labels(), triangles, in_squares, &arguments.weight)
+            .map_err(|failure| failure.of(input))?;
+        let bound = self.config.finish.config.distortion_bound;
+        let kept = kept(arguments, document, bound).map_err(|failure| failure.of(input))?;
         let options = Options {
             method: self.config.method,
             training: self.config.training.clone(),
@@ -189,11 +201,12 @@ impl Run {
                     true => Duplicates::Separate,
                     false => Duplicates::Share,
                 },
-                ..parting(document.labels(), arguments.per_material)
+                ..parting
             },
             seam_rule: arguments.seam_rule.into(),
             time_budget: arguments.time_budget,
             marks: marked.marks.clone(),
+            kept,
             resume,
         };
         for warning in document.warnings() {
@@ -317,16 +330,6 @@ impl Job for Neural<'_, '_> {
         let mut observe = |now: fam::Progress<'_>| self.observe(now);
         let unwrapped = unwrap::<B>(surface, options, device, strategies, &mut observe)?;
         Ok(unwrapped.try_map(|atlas| atlas.to_safetensors())?)
-    }
-}
-
-/// Prints JSON on standard output.
-pub fn print_json(value: &serde_json::Value) -> Result<(), Failure> {
-    let json = serde_json::to_string_pretty(value).map_err(Failure::work)?;
-    match writeln!(std::io::stdout(), "{json}") {
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Failure::work(error)),
-        // Whoever reads it may have read enough.
-        _ => Ok(()),
     }
 }
 

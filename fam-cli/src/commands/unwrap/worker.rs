@@ -157,6 +157,8 @@ mod tests {
         };
         let mut config = Config::of(Preset::Paper);
         config.finish.config.distortion_bound = 4.0 + 0.1_f64.sqrt();
+        config.finish.config.hide_seams = 0.1_f64.sqrt();
+        config.finish.config.seen_from = Some([0.1_f64.sqrt(), -1.0, 0.0]);
         let options = WorkerOptions {
             arguments: &*arguments,
             config: &config,

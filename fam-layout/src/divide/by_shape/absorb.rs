@@ -70,7 +70,7 @@ fn neighbours(patch: &Patch, piece: &Piece, of: &[u32]) -> Vec<u32> {
     for h in piece.triangles.iter().flat_map(|&t| 3 * t..3 * t + 3) {
         let beyond = patch.topology.twin(h).map(|twin| of[twin as usize / 3]);
         if let Some(other) = beyond.filter(|_| beyond != own) {
-            *borders.entry(other).or_default() += patch.lengths[h as usize];
+            *borders.entry(other).or_default() += patch.prices[h as usize];
         }
     }
     let mut order: Vec<(u32, f64)> = borders.into_iter().collect();
@@ -96,7 +96,7 @@ fn together(
     let mut triangles = [&one.triangles[..], &other.triangles].concat();
     triangles.sort_unstable();
     let own = patch.subset(&triangles);
-    let mut problem = Problem::new(&own, own.without_forbidden(own.lengths.clone()), &goes_on);
+    let mut problem = Problem::new(&own, own.without_forbidden(own.prices.clone()), &goes_on);
     problem.injective = true;
     let layout = problem.flattened(whole_or_disk(&problem), EFFORT).ok()?;
     let is_finite = layout.uv.iter().flatten().all(|c| c.is_finite());

@@ -48,7 +48,7 @@ pub(super) fn laid_out(
         return None;
     }
     let own = patch.subset(&triangles);
-    let cost = own.without_forbidden(own.lengths.clone());
+    let cost = own.without_forbidden(own.prices.clone());
     let mut problem = Problem::new(&own, cost, &goes_on);
     problem.injective = true;
     let plane = facets.get(facet).plane();

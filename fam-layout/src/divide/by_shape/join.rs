@@ -62,20 +62,20 @@ fn joined_within(
     let mut charts = Charts::new(patch, &pieces, bound, snap);
     let mut queue = BinaryHeap::new();
     for (a, borders) in (0..).zip(&charts.borders) {
-        for (&b, length) in borders.range(a + 1..) {
-            queue.push((length.to_bits(), a, b));
+        for (&b, price) in borders.range(a + 1..) {
+            queue.push((price.to_bits(), a, b));
         }
     }
     while let Some((bits, a, b)) = queue.pop() {
-        let length = charts.borders[a as usize].get(&b);
-        if length.is_none_or(|length| length.to_bits() != bits) || !goes_on() {
+        let price = charts.borders[a as usize].get(&b);
+        if price.is_none_or(|price| price.to_bits() != bits) || !goes_on() {
             continue;
         }
         let is_larger = charts.members[a as usize].len() >= charts.members[b as usize].len();
         let [large, small] = if is_larger { [a, b] } else { [b, a] };
         if let Some(placing) = charts.placing(large, small) {
-            for (other, length) in charts.join(large, small, placing) {
-                queue.push((length.to_bits(), large.min(other), large.max(other)));
+            for (other, price) in charts.join(large, small, placing) {
+                queue.push((price.to_bits(), large.min(other), large.max(other)));
             }
         }
     }
@@ -97,7 +97,7 @@ struct Charts<'a> {
     uv: Vec<[f64; 2]>,
     /// Of every half-edge, whether there is a neighbour beyond it in the plane.
     is_inner: Vec<bool>,
-    /// Of every chart the length of the border with each of its neighbours.
+    /// Of every chart what the border with each of its neighbours costs as a seam.
     borders: Vec<BTreeMap<u32, f64>>,
     /// Of every chart its energy times its area, and its area.
     energies: Vec<f64>,
@@ -168,8 +168,8 @@ impl<'a> Charts<'a> {
             if let Some(twin) = beyond {
                 let other = charts.of[twin as usize / 3];
                 if other != chart {
-                    let length = charts.borders[chart as usize].entry(other).or_default();
-                    *length += patch.lengths[h as usize];
+                    let price = charts.borders[chart as usize].entry(other).or_default();
+                    *price += patch.prices[h as usize];
                 } else if charts.ends(h) == charts.ends_of_twin(twin) {
                     charts.is_inner[h as usize] = true;
                     continue;
@@ -239,16 +239,16 @@ impl<'a> Charts<'a> {
         let mut done = BTreeMap::new();
         let mut chains: Vec<(f64, Vec<(u32, u32)>)> = Vec::new();
         for &start in first {
-            let (mut chain, mut length, mut at) = (Vec::new(), 0.0, Some(start));
+            let (mut chain, mut price, mut at) = (Vec::new(), 0.0, Some(start));
             while let Some(pair) = at
                 && done.insert(pair.0, ()).is_none()
             {
                 chain.push(pair);
-                length += self.patch.lengths[pair.0 as usize];
+                price += self.patch.prices[pair.0 as usize];
                 at = starts.get(&key(1, &pair)).copied();
             }
             if !chain.is_empty() {
-                chains.push((length, chain));
+                chains.push((price, chain));
             }
         }
         chains.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
@@ -442,12 +442,12 @@ impl<'a> Charts<'a> {
         self.areas[large as usize] += self.areas[small as usize];
         self.borders[large as usize].remove(&small);
         let mut changed = Vec::new();
-        for (other, length) in std::mem::take(&mut self.borders[small as usize]) {
+        for (other, price) in std::mem::take(&mut self.borders[small as usize]) {
             if other == large {
                 continue;
             }
             let sum = self.borders[large as usize].entry(other).or_default();
-            *sum += length;
+            *sum += price;
             changed.push((other, *sum));
             let beyond = &mut self.borders[other as usize];
             beyond.remove(&small);

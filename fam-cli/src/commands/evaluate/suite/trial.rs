@@ -11,7 +11,7 @@ use fam::{Options, Parting, Progress, UnwrapError, Uvs, train, unwrap_direct};
 use fam_core::atlas::{Checkpoint, Start};
 use fam_core::training::{Strategies, TrainingConfig};
 use fam_io::picture::{self, Flattened, encode_png, preview_picture};
-use fam_layout::{LayoutConfig, Marks, MeshInput, lay_out, lay_out_cloud};
+use fam_layout::{LayoutConfig, MeshInput, lay_out, lay_out_cloud};
 use fam_surface::metrics::Metrics;
 use fam_surface::seams::{SeamRule, Seams};
 use fam_surface::{Components, PointCloud, Surface, TriangleMesh, UvMap};
@@ -213,16 +213,15 @@ impl Runner<'_> {
         let mut progress = self.progress();
         let started = Instant::now();
         let input = MeshInput {
-            components,
             map: Some(map),
-            squares: &[],
-            marks: &Marks::default(),
+            ..MeshInput::of(components)
         };
         let layout = lay_out(&LayoutConfig::default(), &input, &mut |now| {
             progress.show(Progress::Layout(now))
         });
         let seconds = started.elapsed().as_secs_f64();
         progress.end();
+        let layout = layout.map_err(Failure::work)?;
         let maps: Vec<UvMap> = layout.components.into_iter().map(|c| c.uvs).collect();
         let uvs = components.uv_map(&maps).map_err(Failure::work)?;
         Ok(Layout {
@@ -246,7 +245,7 @@ impl Runner<'_> {
         });
         let seconds = started.elapsed().as_secs_f64();
         progress.end();
-        let uvs = of_points(mesh, layout.uvs)?;
+        let uvs = of_points(mesh, layout.map_err(Failure::work)?.uvs)?;
         Ok(Layout {
             kind: LayoutKind::Finished,
             seconds: Some(seconds),

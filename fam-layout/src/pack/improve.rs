@@ -1,0 +1,272 @@
+//! The largest scale at which pieces fit, and the plan by which they do.
+
+use rayon::prelude::*;
+
+use super::hull::EnclosingBox;
+use super::occupancy::Shape;
+use super::options::PackError;
+use super::piece::Piece;
+use super::search::{Board, Fit, Plan, Stages};
+use super::sheet::Sheet;
+
+/// So many charts are tried in more than one order.
+const FEW: usize = 256;
+
+/// The first scale is searched to this factor, in at most so many steps.
+const SCALE_ACCURACY: f64 = 1.0025;
+const SCALE_STEPS: usize = 10;
+
+/// The scale of so many charts is searched in [`SCALE_STEPS`] at most; of more in fewer, since how
+/// high they reach depends less on chance, but no fewer than this.
+const MANY: usize = 1000;
+const FEWEST_STEPS: usize = 3;
+
+/// By how much more than its free rows tell a scale may grow.
+const SLACK: f64 = 1.02;
+
+/// The factor by which a scale is smaller than the one at which charts should just fit, so that
+/// they nearly always do; and where it is not known by how much they do not fit.
+const NEARLY: f64 = 0.996;
+const SMALLER: f64 = 0.85;
+
+/// How often it is told by how much charts do not fit; beyond that it is of no use, as where charts
+/// that stay leave no room.
+const TRIES: usize = 12;
+
+/// A scale is given up that is smaller by this factor than one at which charts cover all.
+const HOPELESS: f64 = 1e-4;
+
+/// Plans that are tried at once, each a change of the best.
+const BATCH: usize = 8;
+
+/// The factor by which the scale grows at least once all pieces fit.
+const GROWTH: f64 = 1.002;
+
+/// Pieces that are to become as large as possible.
+pub struct Task<'a, S> {
+    /// The pieces.
+    pub pieces: &'a [Piece],
+    /// The number of tiles.
+    pub tiles: usize,
+    /// What is taken in each tile from the start.
+    pub taken: Vec<Shape>,
+    /// How tiles and pieces look at a scale.
+    pub sheet: S,
+    /// How many rounds of local search there are.
+    pub rounds: usize,
+}
+
+/// A plan that all pieces fit by, and the scale at which they do.
+pub struct Best {
+    /// The scale.
+    pub scale: f64,
+    /// The plan.
+    pub plan: Plan,
+    /// How the pieces lie.
+    pub fit: Fit,
+}
+
+impl<S: Fn(f64) -> Sheet> Task<'_, S> {
+    /// The largest scale found at which all pieces fit, but no larger than `most`, and that at
+    /// which they fit by some plans is looked for from `start` on.
+    ///
+    /// # Errors
+    /// There is no room, however small they become.
+    pub fn run(
+        &self,
+        plans: &[Plan],
+        start: f64,
+        most: f64,
+        goes_on: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Best, PackError> {
+        let best = self.first(plans, start, most, goes_on)?;
+        Ok(self.improved(best, most, goes_on))
+    }
+
+    /// The best of some plans at a scale, and how pieces lie by it.
+    pub fn best_of(&self, scale: f64, plans: &[Plan]) -> Option<(Plan, Fit)> {
+        let board = self.board(scale);
+        let fits: Vec<Option<Fit>> = plans.par_iter().map(|plan| board.fit(plan)).collect();
+        let fits = plans
+            .iter()
+            .zip(fits)
+            .filter_map(|(plan, fit)| Some((plan, fit?)));
+        let (plan, fit) = fits.min_by_key(|(_, fit)| fit.score())?;
+        Some((plan.clone(), fit))
+    }
+
+    fn board(&self, scale: f64) -> Board<'_> {
+        Board::new(self.pieces, (self.sheet)(scale), self.tiles, &self.taken)
+    }
+
+    /// The largest scale that a bisection finds.
+    fn first(
+        &self,
+        plans: &[Plan],
+        start: f64,
+        most: f64,
+        goes_on: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Best, PackError> {
+        let count = self.pieces.len().max(1);
+        let mut left = (SCALE_STEPS * MANY / count).clamp(FEWEST_STEPS, SCALE_STEPS);
+        let (mut scale, mut high) = (start.min(most), most);
+        let mut best: Option<Best> = None;
+        let mut tries = 0;
+        loop {
+            let rows = (self.tiles * (self.sheet)(scale).columns) as f64;
+            match self.best_of(scale, plans) {
+                Some((plan, fit)) if fit.height as f64 <= rows => {
+                    best = Some(Best { scale, plan, fit });
+                }
+                Some((_, fit)) if tries < TRIES => {
+                    high = scale;
+                    scale *= NEARLY * (rows / fit.height as f64).sqrt();
+                    tries += 1;
+                }
+                _ => {
+                    high = scale;
+                    scale *= SMALLER;
+                }
+            }
+            let Some(found) = best.take() else {
+                if scale < HOPELESS * most {
+                    return Err(PackError::NoRoom);
+                }
+                continue;
+            };
+            // The free rows tell how much denser it can become.
+            let denser = found.scale * SLACK * (rows / found.fit.height.max(1) as f64).sqrt();
+            scale = (found.scale * high.min(denser)).sqrt();
+            if left == 0 || scale <= SCALE_ACCURACY * found.scale || !goes_on() {
+                return Ok(found);
+            }
+            left -= 1;
+            best = Some(found);
+        }
+    }
+
+    /// What a local search finds: plans are changed a little, again and again, at a scale that is a
+    /// little too large, until all fit.
+    fn improved(&self, mut best: Best, most: f64, goes_on: &(dyn Fn() -> bool + Sync)) -> Best {
+        let mut scale = (GROWTH * best.scale).min(most);
+        let mut board = self.board(scale);
+        let Some(mut found) = board.stages(&best.plan) else {
+            return best;
+        };
+        for round in 0..self.rounds {
+            while found.fit.height <= board.rows() {
+                let rows = board.rows() as f64;
+                let denser = scale * (rows / found.fit.height.max(1) as f64).sqrt();
+                best = Best {
+                    scale,
+                    plan: found.plan.clone(),
+                    fit: found.fit.clone(),
+                };
+                if scale >= most {
+                    return best;
+                }
+                scale = (GROWTH * scale).max(denser).min(most);
+                board = self.board(scale);
+                match board.stages(&best.plan) {
+                    Some(next) => found = next,
+                    None => return best,
+                }
+            }
+            if !goes_on() {
+                break;
+            }
+            let candidates: Vec<Option<(Plan, Fit)>> = (0..BATCH)
+                .into_par_iter()
+                .map(|k| {
+                    let mut random = Random((round * BATCH + k) as u64);
+                    let plan = changed(&found, &board, &mut random);
+                    let fit = board.other(&found, &plan)?;
+                    Some((plan, fit))
+                })
+                .collect();
+            let candidates = candidates.into_iter().flatten();
+            if let Some((plan, _)) = candidates.min_by_key(|(_, fit)| fit.score()) {
+                match board.stages(&plan) {
+                    Some(next) => found = next,
+                    None => return best,
+                }
+            }
+        }
+        if found.fit.height <= board.rows() {
+            let Stages { plan, fit, .. } = found;
+            best = Best { scale, plan, fit };
+        }
+        best
+    }
+}
+
+/// Plans by which the largest pieces come first, by one measure or another.
+pub fn plans(pieces: &[Piece]) -> Vec<Plan> {
+    let by = |measure: fn(&EnclosingBox) -> f64| {
+        let measure = |i: usize| measure(&pieces[i].boxes[0]);
+        let mut order: Vec<usize> = (0..pieces.len()).collect();
+        order.sort_by(|&i, &j| measure(j).total_cmp(&measure(i)));
+        Plan {
+            order,
+            angles: vec![None; pieces.len()],
+        }
+    };
+    let mut plans = vec![by(|found| found.size[0].min(found.size[1]))];
+    if pieces.len() <= FEW {
+        plans.push(by(|found| found.size[0] + found.size[1]));
+    }
+    plans
+}
+
+/// A plan that differs a little: a piece comes earlier, two change places, or one lies otherwise.
+fn changed(found: &Stages, board: &Board<'_>, random: &mut Random) -> Plan {
+    let mut plan = found.plan.clone();
+    let count = plan.order.len();
+    for _ in 0..1 + random.below(3) {
+        match random.below(4) {
+            0 => {
+                let from = match random.below(2) {
+                    0 => plan
+                        .order
+                        .iter()
+                        .position(|&i| i == found.fit.highest)
+                        .unwrap_or(0),
+                    _ => random.below(count),
+                };
+                let to = random.below(from + 1);
+                plan.order[to..=from].rotate_right(1);
+            }
+            1 => {
+                let from = random.below(count);
+                let to = random.below(count);
+                let piece = plan.order.remove(from);
+                plan.order.insert(to, piece);
+            }
+            2 => plan.order.swap(random.below(count), random.below(count)),
+            _ => {
+                let piece = random.below(count);
+                let angle = random.below(board.angles(piece) + board.angles(piece) / 2 + 1);
+                plan.angles[piece] = (angle < board.angles(piece)).then_some(angle);
+            }
+        }
+    }
+    plan
+}
+
+/// Random numbers, the same on every machine (splitmix64).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// A number from 0 on below another.
+    fn below(&mut self, count: usize) -> usize {
+        (self.next() % count.max(1) as u64) as usize
+    }
+}
