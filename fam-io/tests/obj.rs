@@ -273,9 +273,10 @@ impl File {
                         let next = names[kind].len() as u32;
                         let index = current[kind].map(|name| {
                             *names[kind].entry(name.to_vec()).or_insert_with(|| {
-                                if kind == 1 {
-                                    let latin = name.iter().map(|&byte| char::from(byte));
-                                    expected.labels.material_names.push(latin.collect());
+                                let latin = name.iter().map(|&byte| char::from(byte)).collect();
+                                match kind {
+                                    0 => expected.labels.object_names.push(latin),
+                                    _ => expected.labels.material_names.push(latin),
                                 }
                                 next
                             })
@@ -300,6 +301,9 @@ impl File {
         }
         let [objects, materials] = labels;
         let mut objects: Vec<u32> = objects.into_iter().flatten().collect();
+        if names[0].len() > 1 {
+            expected.labels.named_objects = objects.clone();
+        }
         unite_at_vertices(&mut objects, &expected.faces);
         if objects.iter().any(|&object| object != objects[0]) {
             expected.labels.objects = objects;
