@@ -47,9 +47,8 @@ pub struct Belonging {
 }
 
 /// The charts of every component, packed. `mirrors` tells which are mirror images, `belonging` has an entry
-/// for each component. `unit` is the
-/// length of the charts' unit in input units. Once `goes_on` says no, the first scale found at which
-/// all charts fit is taken.
+/// for each component, and `unit` is the length of the charts' unit in input units. Once `goes_on` says no,
+/// the first scale found at which all charts fit is taken.
 ///
 /// # Errors
 /// What is asked for is impossible.

@@ -35,6 +35,7 @@ pub mod orientation;
 pub mod plane;
 mod point_cloud;
 pub mod polygons;
+pub mod random;
 pub mod seams;
 pub mod sets;
 pub mod shapes;

@@ -2,7 +2,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
 use fam_io::{Document, Format, WriteFault, WriteOptions};
-use fam_layout::{LayoutConfig, PackOptions, Repacked, Size, repacked};
+use fam_layout::{LayoutConfig, PackError, PackOptions, Repacked, Size, repacked};
 use fam_surface::charts::{ChartFlaws, flaws};
 use fam_surface::{Surface, SurfaceError, UvMap};
 use serde::Serialize;
@@ -82,11 +82,7 @@ pub fn pack(arguments: &args::Pack) -> Result<u8, Failure> {
         for flawed in found.iter().filter(|chart| chart.is_flawed()) {
             print_line(&format!("warning: {}", named(flawed, &sources, &members)));
         }
-        let tiles = if squares_are_tiles || number > 0 {
-            1
-        } else {
-            config.tiles
-        };
+        let tiles = if squares_are_tiles { 1 } else { config.tiles };
         let first_tile = if squares_are_tiles { number } else { 0 };
         let result = repack(arguments, &uvs, &files, &areas, tiles, first_tile)?;
         for (t, &(file, triangle)) in members.iter().enumerate() {
@@ -248,11 +244,9 @@ fn repack(
     let areas = arguments.texel_density.map(|_| areas);
     let result = repacked(uvs, files, areas, arguments.turns.into(), &options);
     let result = result.map_err(Failure::input)?;
-    match result.tiles > tiles {
-        true => Err(Failure::input(format!(
-            "the charts need {} tiles, but there may be {tiles}",
-            result.tiles
-        ))),
+    let needed = result.tiles;
+    match needed > tiles {
+        true => Err(Failure::input(PackError::MoreTiles { needed, tiles })),
         false => Ok(result),
     }
 }

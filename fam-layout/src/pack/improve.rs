@@ -1,5 +1,6 @@
 //! The largest scale at which pieces fit, and the plan by which they do.
 
+use fam_surface::random::Random;
 use rayon::prelude::*;
 
 use super::hull::EnclosingBox;
@@ -178,7 +179,7 @@ impl<S: Fn(f64) -> Sheet> Task<'_, S> {
             let candidates: Vec<Option<(Plan, Fit)>> = (0..BATCH)
                 .into_par_iter()
                 .map(|k| {
-                    let mut random = Random((round * BATCH + k) as u64);
+                    let mut random = Random::new((round * BATCH + k) as u64);
                     let plan = changed(&found, &board, &mut random);
                     let fit = board.other(&found, &plan)?;
                     Some((plan, fit))
@@ -251,22 +252,4 @@ fn changed(found: &Stages, board: &Board<'_>, random: &mut Random) -> Plan {
         }
     }
     plan
-}
-
-/// Random numbers, the same on every machine (splitmix64).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// A number from 0 on below another.
-    fn below(&mut self, count: usize) -> usize {
-        (self.next() % count.max(1) as u64) as usize
-    }
 }

@@ -26,10 +26,12 @@ pub struct Repacked {
 /// Lays the charts of a map side by side in unit squares, each turned as far as it may be. Charts that
 /// overlap themselves or are mirrored stay so.
 ///
-/// All are enlarged or reduced by the same factor, and the unit of length of the options is that of the
-/// map's UVs. `labels` has one for every triangle, or none: charts of different labels are different even
-/// where they lie on one place, as those of two files do. With `areas`, those of all triangles of the surface, every chart is first enlarged or
-/// reduced to the area of its triangles, and the unit is that of the surface.
+/// `labels` has one for every triangle, or none: triangles of different labels, as of two files, are never
+/// in one chart, even where they lie on one place.
+///
+/// All charts are enlarged or reduced by the same factor, and the unit of length of the options is that of
+/// the map's UVs. With `areas`, of all triangles of the surface, every chart is first enlarged or reduced to
+/// the area of its triangles, and the unit is that of the surface.
 ///
 /// # Errors
 /// A UV is not finite, or what is asked for is impossible.

@@ -2,10 +2,10 @@
 
 use super::cubes::{block, sphere};
 use super::fields::Point;
-use super::random::Random;
 use super::round::{cone, open_cylinder, torus};
 use super::sheets::rectangle;
 use crate::TriangleMesh;
+use crate::random::Random;
 use crate::vector::{add, cross, normalize, scale};
 
 /// Half the size of the housing that the parts are in.

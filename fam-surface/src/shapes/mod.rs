@@ -18,7 +18,6 @@ mod fields;
 mod grid;
 mod hilbert;
 mod implicit;
-mod random;
 mod rings;
 mod round;
 mod sheets;

@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use super::fields::{Point, joined, polygon, ring, rounded_rectangle, segment, shared};
 use super::implicit::{closed, grown};
-use super::random::Random;
 use super::sizes::within;
 use crate::TriangleMesh;
+use crate::random::Random;
 use crate::vector::{dot, length, scale};
 
 /// An edge length that keeps all features: at most `coarsest`, which also stands in for what is
