@@ -177,7 +177,8 @@ impl Output {
                     .document
                     .write_mesh_uvs(map, self.file(), &options)
                     .map_err(Failure::work)?;
-                let row = in_a_row(map, results.parting).map_err(Failure::work)?;
+                let tiles = unwrapped.layout.as_ref().map_or(1, |one| one.config.tiles);
+                let row = in_a_row(map, results.parting, tiles).map_err(Failure::work)?;
                 let drawn = Drawn::Mesh(mesh, &row);
                 (
                     uv_picture(drawn, UV_PICTURE_SIDE),

@@ -137,7 +137,7 @@ fn unwrapped(
         faces: FaceOutput::new(
             &polygons,
             &split,
-            &charts(&in_a_row(&uvs, &options.parting)?),
+            &charts(&in_a_row(&uvs, &options.parting, options.layout.tiles)?),
             squares.as_deref(),
         ),
         vertex_map: (0..vertices as u32).chain(split.added).collect(),

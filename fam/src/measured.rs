@@ -6,9 +6,9 @@ use fam_surface::{SurfaceError, TriangleMesh, UvMap};
 use crate::parting::Parting;
 
 /// The map with its UV squares side by side, so that triangles of different squares do not count
-/// as overlapping.
-pub fn in_a_row(map: &UvMap, parting: &Parting) -> Result<UvMap, SurfaceError> {
-    if parting.uv_squares() == 1 {
+/// as overlapping. With several `tiles`, every square is one, and they lie side by side already.
+pub fn in_a_row(map: &UvMap, parting: &Parting, tiles: u32) -> Result<UvMap, SurfaceError> {
+    if parting.uv_squares() == 1 || tiles > 1 {
         return Ok(map.clone());
     }
     let mut uvs = map.uvs().to_vec();
@@ -29,6 +29,7 @@ pub fn measured(
     mesh: &TriangleMesh,
     map: &UvMap,
     parting: &Parting,
+    tiles: u32,
 ) -> Result<Metrics, SurfaceError> {
-    Metrics::measure(mesh, &in_a_row(map, parting)?)
+    Metrics::measure(mesh, &in_a_row(map, parting, tiles)?)
 }

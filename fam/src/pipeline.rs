@@ -63,7 +63,7 @@ pub fn unwrap_direct<M>(
         Some(kept) => laid_out_beside(mesh, options, kept, &mut watch)?,
     };
     let layout_time = started.elapsed();
-    let (metrics, _) = both_metrics(surface, options, &placed.uvs, None)?;
+    let (metrics, _) = both_metrics(surface, options, &placed.uvs, options.layout.tiles, None)?;
     Ok(Unwrapped {
         method: Used::Direct,
         map: None,
@@ -179,7 +179,8 @@ fn neural<B: AutodiffBackend>(
     let layout_time = started.elapsed() - time;
     let is_finished = placed.laid_out.is_some();
     let earlier = is_finished.then_some(&raw);
-    let (metrics, raw_metrics) = both_metrics(surface, options, &placed.uvs, earlier)?;
+    let tiles = if is_finished { options.layout.tiles } else { 1 };
+    let (metrics, raw_metrics) = both_metrics(surface, options, &placed.uvs, tiles, earlier)?;
     let Flattened {
         atlas,
         components,
@@ -247,18 +248,21 @@ fn placed<B: AutodiffBackend>(
     }
 }
 
-/// The metrics of a mesh's UVs, and of the raw map where that is another.
+/// The metrics of a mesh's UVs, which are in so many `tiles`, and of the raw map where that is another.
 fn both_metrics(
     surface: &Surface,
     options: &Options,
     uvs: &Uvs,
+    tiles: u32,
     raw: Option<&Uvs>,
 ) -> Result<(Option<Metrics>, Option<Metrics>), SurfaceError> {
-    let of = |uvs: &Uvs| match (surface, uvs) {
-        (Surface::Mesh(mesh), Uvs::Mesh(map)) => measured(mesh, map, &options.parting).map(Some),
+    let of = |uvs: &Uvs, tiles: u32| match (surface, uvs) {
+        (Surface::Mesh(mesh), Uvs::Mesh(map)) => {
+            measured(mesh, map, &options.parting, tiles).map(Some)
+        }
         _ => Ok(None),
     };
-    Ok((of(uvs)?, raw.map_or(Ok(None), of)?))
+    Ok((of(uvs, tiles)?, raw.map_or(Ok(None), |raw| of(raw, 1))?))
 }
 
 fn check(options: &Options) -> Result<(), UnwrapError> {

@@ -157,6 +157,12 @@ fn materials_and_objects_have_tiles_and_densities() {
     for (t, material) in materials.iter().enumerate() {
         assert_eq!(tile(&map, t), [material.unwrap(), 0]);
     }
+    let told = &json(&folder.path().join("out/metrics.json"))["mesh"]["uv_coverage"];
+    let found = metrics_of(&folder.path().join("out/parts.obj")).uv_coverage;
+    assert!(
+        (told.as_f64().unwrap() - found).abs() < 1e-9,
+        "{told}, not {found}"
+    );
     let density = |map: &UvMap, material: u32| {
         let document = fam_io::read_surface(folder.path().join("out/parts.obj")).unwrap();
         let Surface::Mesh(mesh) = document.surface() else {
