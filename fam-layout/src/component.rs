@@ -368,7 +368,7 @@ fn corner(part: &Part, patch: &Patch, h: u32) -> usize {
 }
 
 /// Whether a division cuts forbidden edges that a cut does not.
-fn is_forbidden(patch: &Patch, cut: &Cut, beyond: &[bool]) -> bool {
+pub fn is_forbidden(patch: &Patch, cut: &Cut, beyond: &[bool]) -> bool {
     let topology = &patch.topology;
     let is_across = |h: u32| {
         let twin = topology.twin(h).filter(|_| !cut.contains(h));

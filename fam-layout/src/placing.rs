@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::component::FlatChart;
 use crate::pack::options::{Fixed, MOST_TILES, PackError, PackOptions, Size, Turns};
-use crate::pack::{Chart, Reflection, corner_of_tile, pack, to_f32};
+use crate::pack::{Chart, Reflection, bounds, corner_of_tile, pack, to_f32};
 use crate::shape::lying;
 use crate::symmetry::Mirror;
 use crate::{Beside, LayoutConfig};
@@ -270,12 +270,10 @@ struct Existing {
 impl Existing {
     /// The numbers of the UDIM tiles that its bounding box touches.
     fn tiles(&self) -> Vec<u32> {
+        let [low, high] = bounds(&self.uvs);
+        // Casting saturates.
         let range = |axis: usize, most: u32| {
-            let along = self.uvs.iter().map(|q| q[axis]);
-            let low = along.clone().fold(f64::INFINITY, f64::min);
-            let high = along.fold(f64::NEG_INFINITY, f64::max);
-            // Casting saturates.
-            low.floor().max(0.0) as u32..(high.ceil().max(0.0) as u32).min(most)
+            low[axis].floor().max(0.0) as u32..(high[axis].ceil().max(0.0) as u32).min(most)
         };
         let rows = MOST_TILES / ROW;
         range(1, rows)

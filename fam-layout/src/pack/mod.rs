@@ -201,7 +201,7 @@ pub fn square_around(points: &[[f64; 2]]) -> f64 {
 }
 
 /// The least and the largest coordinates; zeros if there is no point.
-fn bounds(points: &[[f64; 2]]) -> [[f64; 2]; 2] {
+pub fn bounds(points: &[[f64; 2]]) -> [[f64; 2]; 2] {
     let fold = |fold: fn(f64, f64) -> f64| {
         let extreme = points
             .iter()

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use crate::LayoutConfig;
 use crate::component::FlatChart;
 use crate::pace::Pace;
-use crate::pack::square_around;
+use crate::pack::{bounds, square_around};
 use coverage::Square;
 use straight::straightened;
 pub use upright::lying;
@@ -200,9 +200,6 @@ impl Shaping<'_> {
 
 /// The longer side of the upright box around points.
 fn box_side(points: &[[f64; 2]]) -> f64 {
-    let extent = |k: usize| {
-        let along = points.iter().map(|q| q[k]);
-        along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
-    };
-    extent(0).max(extent(1))
+    let [low, high] = bounds(points);
+    (high[0] - low[0]).max(high[1] - low[1])
 }

@@ -1,9 +1,10 @@
 //! A piece of surface cut across into several, one after the other along its length.
 
+use crate::component::is_forbidden;
+use crate::cut::Cut;
 use crate::cut::paths::distances;
 use crate::divide::split::split_between;
 use crate::patch::Patch;
-use crate::patch::topology::Topology;
 
 /// How far a cut may lie from where all pieces would have the same area, in areas of a piece: so far
 /// that it finds a narrow place nearby, and so near that pieces are about equally long.
@@ -56,7 +57,7 @@ fn cut_once(patch: &Patch, triangles: &[u32], count: usize) -> Option<[Vec<u32>;
         own.prices[h] *= 1.0 + DEARER * away.min(1.0);
     }
     let beyond = split_between(&own.topology, &own, &near, &far);
-    if cuts_forbidden(&own, &beyond) {
+    if is_forbidden(&own, &Cut::none(&own.topology), &beyond) {
         return None;
     }
     let side = |far: bool| -> Vec<u32> {
@@ -95,17 +96,6 @@ fn levels(patch: &Patch) -> Vec<f64> {
         before += patch.areas[t];
     }
     levels
-}
-
-fn cuts_forbidden(patch: &Patch, beyond: &[bool]) -> bool {
-    let topology: &Topology = &patch.topology;
-    let is_across = |h: u32| {
-        let twin = topology.twin(h);
-        twin.is_some_and(|twin| beyond[h as usize / 3] != beyond[twin as usize / 3])
-    };
-    topology
-        .edges()
-        .any(|h| patch.forbidden[h as usize] && is_across(h))
 }
 
 /// The length of the edges of a patch between pieces of it.
