@@ -27,18 +27,27 @@ def by_xatlas(surface, margin):
     import xatlas
 
     uvs, corners = islands(surface)
-    # Texels per unit are kept, and the page grows; so the scale is the one that fills the square.
-    side = np.ptp(uvs, axis=0).max()
-    atlas = xatlas.Atlas()
-    atlas.add_uv_mesh((uvs / side).astype(np.float32), corners.astype(np.uint32))
-    options = xatlas.PackOptions()
-    options.resolution, options.padding = RESOLUTION, round(margin)
-    # Every texel is tried where that does not take many minutes.
+    # xatlas leaves out triangles whose area is nearly 0; UVs of about 100 units have none of these.
+    uvs = (uvs / np.ptp(uvs, axis=0).max() * 100).astype(np.float32)
     charts = components(len(surface.faces), joins(surface.faces, surface.uvs) // 3)
-    options.bruteForce = charts.max() < 200
-    started = time.perf_counter()
-    atlas.generate(pack_options=options)
-    seconds = time.perf_counter() - started
+
+    def packed(texels_per_unit):
+        atlas = xatlas.Atlas()
+        atlas.add_uv_mesh(uvs, corners.astype(np.uint32))
+        options = xatlas.PackOptions()
+        options.texels_per_unit, options.padding = texels_per_unit, max(round(margin), 1)
+        # Every texel is tried where that does not take many minutes.
+        options.bruteForce = charts.max() < 200
+        started = time.perf_counter()
+        atlas.generate(pack_options=options)
+        return atlas, time.perf_counter() - started
+
+    # The page is as large as the charts need; the second time it is about the square's size.
+    a, b = uvs[corners[:, 1]] - uvs[corners[:, 0]], uvs[corners[:, 2]] - uvs[corners[:, 0]]
+    area = 0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum()
+    guess = 0.7 * RESOLUTION / np.sqrt(area)
+    first, _ = packed(guess)
+    atlas, seconds = packed(guess * RESOLUTION / max(first.width, first.height))
     if atlas.atlas_count != 1:
         raise obj.Refused(f"it takes {atlas.atlas_count} squares")
     _, indices, placed = atlas.get_mesh(0)

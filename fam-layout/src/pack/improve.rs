@@ -13,14 +13,8 @@ use super::sheet::Sheet;
 /// So many charts are tried in more than one order.
 const FEW: usize = 256;
 
-/// The first scale is searched to this factor, in at most so many steps.
+/// The scale is searched to this factor.
 const SCALE_ACCURACY: f64 = 1.0025;
-const SCALE_STEPS: usize = 10;
-
-/// The scale of so many charts is searched in [`SCALE_STEPS`] at most; of more in fewer, since how
-/// high they reach depends less on chance, but no fewer than this.
-const MANY: usize = 1000;
-const FEWEST_STEPS: usize = 3;
 
 /// By how much more than its free rows tell a scale may grow.
 const SLACK: f64 = 1.02;
@@ -53,6 +47,8 @@ pub struct Task<'a, S> {
     pub taken: Vec<Shape>,
     /// How tiles and pieces look at a scale.
     pub sheet: S,
+    /// In how many steps, at most, the scale is searched at which pieces fit by a given plan.
+    pub steps: usize,
     /// How many rounds of local search there are.
     pub rounds: usize,
 }
@@ -67,7 +63,7 @@ pub struct Best {
     pub fit: Fit,
 }
 
-impl<S: Fn(f64) -> Sheet> Task<'_, S> {
+impl<S: Fn(f64) -> Sheet + Sync> Task<'_, S> {
     /// The largest scale found at which all pieces fit, but no larger than `most`, and that at
     /// which they fit by some plans is looked for from `start` on.
     ///
@@ -81,7 +77,10 @@ impl<S: Fn(f64) -> Sheet> Task<'_, S> {
         goes_on: &(dyn Fn() -> bool + Sync),
     ) -> Result<Best, PackError> {
         let best = self.first(plans, start, most, goes_on)?;
-        Ok(self.improved(best, most, goes_on))
+        Ok(match self.rounds {
+            0 => best,
+            _ => self.improved(best, most, goes_on),
+        })
     }
 
     /// The best of some plans at a scale, and how pieces lie by it.
@@ -100,7 +99,8 @@ impl<S: Fn(f64) -> Sheet> Task<'_, S> {
         Board::new(self.pieces, (self.sheet)(scale), self.tiles, &self.taken)
     }
 
-    /// The largest scale that a bisection finds.
+    /// The largest scale found at which pieces fit by one of some plans: each step divides into three
+    /// what is between one that is small enough and one that is too large.
     fn first(
         &self,
         plans: &[Plan],
@@ -108,20 +108,17 @@ impl<S: Fn(f64) -> Sheet> Task<'_, S> {
         most: f64,
         goes_on: &(dyn Fn() -> bool + Sync),
     ) -> Result<Best, PackError> {
-        let count = self.pieces.len().max(1);
-        let mut left = (SCALE_STEPS * MANY / count).clamp(FEWEST_STEPS, SCALE_STEPS);
+        let rows = |scale: f64| (self.tiles * (self.sheet)(scale).columns) as f64;
         let (mut scale, mut high) = (start.min(most), most);
-        let mut best: Option<Best> = None;
         let mut tries = 0;
-        loop {
-            let rows = (self.tiles * (self.sheet)(scale).columns) as f64;
+        let mut best = loop {
             match self.best_of(scale, plans) {
-                Some((plan, fit)) if fit.height as f64 <= rows => {
-                    best = Some(Best { scale, plan, fit });
+                Some((plan, fit)) if fit.height as f64 <= rows(scale) => {
+                    break Best { scale, plan, fit };
                 }
                 Some((_, fit)) if tries < TRIES => {
                     high = scale;
-                    scale *= NEARLY * (rows / fit.height as f64).sqrt();
+                    scale *= NEARLY * (rows(scale) / fit.height as f64).sqrt();
                     tries += 1;
                 }
                 _ => {
@@ -129,21 +126,35 @@ impl<S: Fn(f64) -> Sheet> Task<'_, S> {
                     scale *= SMALLER;
                 }
             }
-            let Some(found) = best.take() else {
-                if scale < HOPELESS * most {
-                    return Err(PackError::NoRoom);
-                }
-                continue;
-            };
-            // The free rows tell how much denser it can become.
-            let denser = found.scale * SLACK * (rows / found.fit.height.max(1) as f64).sqrt();
-            scale = (found.scale * high.min(denser)).sqrt();
-            if left == 0 || scale <= SCALE_ACCURACY * found.scale || !goes_on() {
-                return Ok(found);
+            if scale < HOPELESS * most {
+                return Err(PackError::NoRoom);
             }
-            left -= 1;
-            best = Some(found);
+        };
+        for _ in 0..self.steps {
+            if !goes_on() {
+                break;
+            }
+            // The free rows tell how much denser it can become.
+            let free = rows(best.scale) / best.fit.height.max(1) as f64;
+            let denser = high.min(best.scale * SLACK * free.sqrt());
+            let low = (best.scale * denser).sqrt();
+            if low <= SCALE_ACCURACY * best.scale {
+                break;
+            }
+            // Two at a time, since one fit is the work of one thread.
+            let scales = [low, (low * denser).sqrt()];
+            let fits: Vec<Option<Best>> = scales
+                .into_par_iter()
+                .map(|scale| {
+                    let (plan, fit) = self.best_of(scale, plans)?;
+                    (fit.height as f64 <= rows(scale)).then_some(Best { scale, plan, fit })
+                })
+                .collect();
+            let fitting = fits.iter().rposition(Option::is_some).map_or(0, |k| k + 1);
+            high = scales.get(fitting).copied().unwrap_or(high);
+            best = fits.into_iter().flatten().last().unwrap_or(best);
         }
+        Ok(best)
     }
 
     /// What a local search finds: plans are changed a little, again and again, at a scale that is a
@@ -212,7 +223,7 @@ pub fn plans(pieces: &[Piece]) -> Vec<Plan> {
             angles: vec![None; pieces.len()],
         }
     };
-    let mut plans = vec![by(|found| found.size[0].min(found.size[1]))];
+    let mut plans = vec![by(|found| found.size[0] * found.size[1])];
     if pieces.len() <= FEW {
         plans.push(by(|found| found.size[0] + found.size[1]));
     }

@@ -13,9 +13,19 @@ use super::sheet::{Padding, Sheet};
 /// `f32` may move a point, and more.
 const LEAST_BORDER: f64 = 1e-6;
 
-/// Cells along the side of a grid, at least, and per chart in a row of equal charts.
-const CELLS: usize = 1024;
-const CELLS_PER_CHART: usize = 40;
+/// Cells along the side of a grid, at least.
+const LEAST_CELLS: usize = 1024;
+
+/// Cells along the side of a grid per chart in a row of equal charts, as far as that makes a grid of
+/// no more than [`MANY_CELLS`]; and in larger grids, where finer cells would take too long.
+const CELLS_PER_CHART: usize = 64;
+const MANY_CELLS: usize = 4096;
+const LEAST_PER_CHART: usize = 32;
+
+/// The search begins in a grid of half as many cells to a side: a fit is found there in a third of
+/// the time. In how many steps the scale is searched in the coarse grid, and then in the fine one.
+const COARSE_STEPS: usize = 4;
+const FINE_STEPS: usize = 1;
 
 /// The share of tiles that charts are expected to cover, where a grid is chosen by it.
 const EXPECTED: f64 = 0.7;
@@ -29,8 +39,7 @@ const MOST_ROUNDS: usize = 24;
 /// less than a hundredth.
 const LOTS: usize = 500;
 
-/// The search for a plan for so many charts begins in a grid of half as many cells to a side, with
-/// so many rounds.
+/// The plan for so many charts is searched in the coarse grid already, in so many rounds.
 const FEW: usize = 64;
 const ROUNDS_OF_FEW: usize = 100;
 
@@ -190,9 +199,16 @@ impl<'a> Sizing<'a> {
         let mut plans = plans(self.pieces);
         let mut start = None;
         let cells = self.cells(tiles);
-        let coarse = (self.pieces.len() <= FEW).then_some((cells / 2, ROUNDS_OF_FEW));
+        let coarse_rounds = match self.pieces.len() <= FEW {
+            true => ROUNDS_OF_FEW,
+            false => 0,
+        };
+        let grids = [
+            (cells / 2, COARSE_STEPS, coarse_rounds),
+            (cells, FINE_STEPS, self.rounds()),
+        ];
         let mut found: Option<(f64, Vec<Spot>)> = None;
-        for (cells, rounds) in coarse.into_iter().chain([(cells, self.rounds())]) {
+        for (cells, steps, rounds) in grids {
             let columns = match self.whole_texels {
                 true => self.resolution as usize / self.texels_per_cell(cells) as usize,
                 false => cells,
@@ -208,6 +224,7 @@ impl<'a> Sizing<'a> {
                 tiles,
                 taken: self.taken(&sheet(1.0)),
                 sheet,
+                steps,
                 rounds,
             };
             let room = 1.0 - 2.0 * padding.border() / columns as f64;
@@ -265,6 +282,7 @@ impl<'a> Sizing<'a> {
             tiles: most,
             taken: self.taken(&sheet),
             sheet: |_| sheet,
+            steps: 0,
             rounds: 0,
         };
         let best = task.best_of(1.0, &plans(self.pieces)).map(|(_, fit)| fit);
@@ -306,6 +324,7 @@ impl<'a> Sizing<'a> {
             tiles: 1,
             taken: Vec::new(),
             sheet,
+            steps: COARSE_STEPS,
             rounds: self.rounds(),
         };
         let best = task.run(&plans(self.pieces), 0.75, 1.0, goes_on)?;
@@ -337,7 +356,10 @@ impl<'a> Sizing<'a> {
     /// Cells along the side of a tile, for so many tiles.
     fn cells(&self, tiles: usize) -> usize {
         let per_row = (self.pieces.len() as f64 / tiles as f64).sqrt().ceil() as usize;
-        CELLS.max(CELLS_PER_CHART * per_row)
+        (CELLS_PER_CHART * per_row)
+            .min(MANY_CELLS)
+            .max(LEAST_PER_CHART * per_row)
+            .max(LEAST_CELLS)
     }
 
     /// Whole texels along the side of a cell so that there are at least so many cells.
