@@ -8,7 +8,7 @@ use crate::pack::options::{Fixed, MOST_TILES, PackError, PackOptions, Size, Turn
 use crate::pack::{Chart, Reflection, bounds, corner_of_tile, pack, to_f32};
 use crate::shape::lying;
 use crate::symmetry::Mirror;
-use crate::{Beside, LayoutConfig};
+use crate::{Beside, LayoutConfig, Stack};
 use fam_surface::charts::charts;
 
 /// Steps towards the largest scale that tell about how much of the square charts cover.
@@ -38,7 +38,7 @@ pub struct Square {
 }
 
 /// Where the charts of a component belong.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Belonging {
     /// Its UV square.
     pub square: u32,
@@ -73,10 +73,14 @@ pub fn placed(
         .collect();
     let last = belonging.iter().map(|own| own.square).max();
     let count = last.map_or(1, |last| last as usize + 1);
+    let shared = shared(config, mirrors, belonging);
     let mirrored = mirrored(mirrors);
     let mut members: Vec<Vec<([usize; 2], Chart)>> = vec![Vec::new(); count];
     for (c, charts) in charts.iter().enumerate() {
         for (k, chart) in charts.iter().enumerate() {
+            if shared.contains_key(&[c, k]) {
+                continue;
+            }
             if let Some(own) = to_pack(config, chart, &enlarged[c][k]) {
                 let own = match mirrored.contains(&[c, k]) {
                     true => own.with_turns(Turns::None),
@@ -118,21 +122,47 @@ pub fn placed(
             resolution: packing.resolution,
         });
     }
+    for ([c, k], [of, chart]) in shared {
+        uvs[c][k] = uvs[of][chart].clone();
+    }
     Ok(Placed { uvs, squares })
+}
+
+/// The charts that lie on the place of the chart that they are mirror images of, and that chart.
+fn shared(
+    config: &LayoutConfig,
+    mirrors: &[Vec<Mirror>],
+    belonging: &[Belonging],
+) -> HashMap<[usize; 2], [usize; 2]> {
+    if config.stack != Stack::Mirrored {
+        return HashMap::new();
+    }
+    let all = numbered(mirrors);
+    all.filter_map(|(at, mirror)| match *mirror {
+        Mirror::Of { component, chart } if belonging[at[0]] == belonging[component] => {
+            Some((at, [component, chart]))
+        }
+        _ => None,
+    })
+    .collect()
+}
+
+/// All charts' mirrors, with the numbers of their components and their own.
+fn numbered(mirrors: &[Vec<Mirror>]) -> impl Iterator<Item = ([usize; 2], &Mirror)> {
+    mirrors.iter().enumerate().flat_map(|(c, own)| {
+        let own = own.iter().enumerate();
+        own.map(move |(k, mirror)| ([c, k], mirror))
+    })
 }
 
 /// The charts that are symmetric, or mirror images of others, or have such: by component and number.
 fn mirrored(mirrors: &[Vec<Mirror>]) -> HashSet<[usize; 2]> {
-    let all = mirrors.iter().enumerate().flat_map(|(c, own)| {
-        let own = own.iter().enumerate();
-        own.map(move |(k, mirror)| ([c, k], mirror))
-    });
-    all.flat_map(|(at, mirror)| match *mirror {
+    let of = |(at, mirror): ([usize; 2], &Mirror)| match *mirror {
         Mirror::None => Vec::new(),
         Mirror::Own(_) => vec![at],
         Mirror::Of { component, chart } => vec![at, [component, chart]],
-    })
-    .collect()
+    };
+    numbered(mirrors).flat_map(of).collect()
 }
 
 /// Which of the charts of a square are mirror images of others of them.

@@ -7,9 +7,10 @@ use rand_pcg::Pcg64;
 
 use super::{Outcome, Task, moved, part, subdivided, together};
 use crate::cut::test_surfaces::cubes;
-use crate::{LayoutConfig, Symmetry};
+use crate::{LayoutConfig, Stack, Symmetry};
 use fam_surface::TriangleMesh;
 use fam_surface::charts::charts;
+use fam_surface::metrics::Metrics;
 use fam_surface::shapes::{cube, rectangle, sphere, torus};
 use fam_surface::symmetry::{MirrorPlane, paired};
 
@@ -71,6 +72,37 @@ fn check_mirrored(outcome: &Outcome, plane: &MirrorPlane) -> usize {
         }
     }
     own
+}
+
+/// With stacks every half lies on the other, mirrored, bit for bit.
+fn check_stacked(outcome: &Outcome, plane: &MirrorPlane) {
+    let (mesh, uv) = (&outcome.mesh, &outcome.uv);
+    let pairing = paired(mesh, mesh, plane).unwrap();
+    for (u, corners) in pairing.corners.iter().enumerate() {
+        for (c, &corner) in corners.iter().enumerate() {
+            let of = uv.corners(corner as usize / 3)[corner as usize % 3];
+            assert_eq!(uv.corners(u)[c].map(f32::to_bits), of.map(f32::to_bits));
+        }
+    }
+    let metrics = Metrics::measure(mesh, uv).unwrap();
+    assert_eq!(metrics.flipped_triangles, 0);
+    assert_eq!(metrics.unintended_overlaps(), 0);
+    assert_eq!(metrics.stacked_charts, metrics.charts as u64 / 2);
+    assert_eq!(metrics.mirrored_charts, metrics.charts as u64 / 2);
+}
+
+#[test]
+fn halves_of_symmetric_surfaces_share_their_place() {
+    let stacked = || {
+        let mut task = task(Symmetry::X);
+        task.config.stack = Stack::Mirrored;
+        task
+    };
+    for mesh in [sphere(8), torus(1.0, 0.4, 24, 12)] {
+        let outcome = stacked().run_unchecked(&mesh);
+        assert!(outcome.energy() <= 4.1, "{}", outcome.energy());
+        check_stacked(&outcome, &MirrorPlane::across(0, 0.0));
+    }
 }
 
 #[test]
@@ -189,5 +221,8 @@ fn random_symmetric_surfaces_are_laid_out_symmetrically() {
             );
         }
         check_mirrored(&outcome, &MirrorPlane::across(0, 0.0));
+        let mut stacked = task(Symmetry::Auto);
+        stacked.config.stack = Stack::Mirrored;
+        check_stacked(&stacked.run_unchecked(&mesh), &MirrorPlane::across(0, 0.0));
     }
 }

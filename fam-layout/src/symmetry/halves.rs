@@ -8,13 +8,13 @@ use super::Mirror;
 use super::chart::{Winding, evened, judged, surface};
 use super::hinge::hinged;
 use super::images::images;
-use crate::LayoutConfig;
 use crate::component::{FlatChart, flat_charts};
 use crate::distortion::Distortion;
 use crate::flat::flat_chart;
 use crate::marks::ComponentMarks;
 use crate::part::Part;
 use crate::watch::Watch;
+use crate::{LayoutConfig, Stack};
 use fam_surface::TriangleMesh;
 use fam_surface::orientation::{NONE, across};
 use fam_surface::sets::Sets;
@@ -24,6 +24,9 @@ use fam_surface::vector::{length, sub};
 /// How far the half is cut, as shares of what it would be by itself: what is left is for joining it
 /// with its image. The best of these is taken.
 const SHARES: [f64; 2] = [0.9, 0.6];
+
+/// The same where the two are not joined.
+const SHARES_APART: [f64; 1] = [1.0];
 
 /// By how much the energy of what is mirrored may differ for rounding.
 const ROUNDING: f64 = 1e-6;
@@ -57,7 +60,11 @@ pub fn charts_of_both_halves(task: &Task, own: usize) -> Option<(Vec<FlatChart>,
     let sides = Sides::of(task);
     let middle = sides.middle(task)?;
     let mut best: Option<Found> = None;
-    for share in SHARES {
+    let shares = match task.config.stack {
+        Stack::Mirrored => &SHARES_APART[..],
+        Stack::None | Stack::Identical => &SHARES[..],
+    };
+    for share in shares {
         if best.is_some() && !task.watch.goes_on() {
             break;
         }
@@ -178,14 +185,17 @@ impl Sides {
         if !is_within(task, &images, &charts, &allowed) {
             return None;
         }
+        // A chart that is joined with its image cannot share the place of that.
+        let may_be_joined = task.config.stack != Stack::Mirrored;
         let pairs = charts.into_par_iter().zip(images);
         let groups: Vec<Group> = pairs
-            .map(
-                |(chart, image)| match hinged(task, &chart, &image, &allowed) {
+            .map(|(chart, image)| {
+                let joined = may_be_joined.then(|| hinged(task, &chart, &image, &allowed));
+                match joined.flatten() {
                     Some((joined, images)) => Group::Joined(joined, images),
                     None => Group::Apart(chart, image),
-                },
-            )
+                }
+            })
             .collect();
         let seams = seams(task.mesh, &groups);
         Some(Found { groups, seams })

@@ -1,7 +1,11 @@
+use std::collections::HashMap;
+
+use crate::UvMap;
 use crate::sides::{edges, places};
 
 use super::edges::Side;
 use super::layout::Layout;
+use super::stacks::Extent;
 
 /// The connected pieces of a layout: triangles joined across the mesh edges at both ends
 /// of which their UV coordinates are equal.
@@ -15,8 +19,8 @@ pub(super) struct Charts {
 
 impl Charts {
     /// The charts of a layout. A triangle that repeats another (`first_alike`) is in its chart,
-    /// of whatever winding.
-    pub(super) fn new(layout: &Layout, sides: &[Side], first_alike: &[u32]) -> Self {
+    /// of whatever winding. Two halves that are folded onto each other are not joined: see [`halves`].
+    pub(super) fn new(layout: &Layout, uv: &UvMap, sides: &[Side], first_alike: &[u32]) -> Self {
         let mut charts = Self {
             parents: (0..layout.len() as u32).collect(),
             sizes: vec![1; layout.len()],
@@ -30,6 +34,7 @@ impl Charts {
             let is_left = |t: u32| layout.uv_double_area(t as usize) > 0.0;
             charts.join(t, first, is_left(t) != is_left(first));
         }
+        let mut folds = Vec::new();
         for joined in edges(sides).flat_map(places) {
             let mut joined = joined.iter().filter(first);
             let Some(mut one) = joined.next() else {
@@ -38,8 +43,20 @@ impl Charts {
             for other in joined {
                 // Neighbours of the same winding run along their edge in opposite directions.
                 let opposed = one.reversed == other.reversed;
-                charts.join(one.half_edge / 3, other.half_edge / 3, opposed);
+                let [t, u] = [one, other].map(|side| side.half_edge / 3);
+                let [a, b] = [t, u].map(|t| layout.uv_double_area(t as usize));
+                let is_folded = a * b != 0.0 && ((a > 0.0) == (b > 0.0)) == opposed;
+                match is_folded {
+                    true => folds.push((t, u, opposed)),
+                    false => charts.join(t, u, opposed),
+                }
                 one = other;
+            }
+        }
+        if !folds.is_empty() {
+            let are_halves = halves(&charts, uv, &folds, first_alike);
+            for ((t, u, opposed), _) in folds.into_iter().zip(are_halves).filter(|(_, are)| !are) {
+                charts.join(t, u, opposed);
             }
         }
         charts
@@ -93,4 +110,31 @@ impl Charts {
         self.sizes[large] += self.sizes[small];
         self.opposed[small] = opposed ^ a_opposed ^ b_opposed;
     }
+}
+
+/// For neighbours that are folded over, whether the pieces of the two are halves that share their
+/// place. Pieces of a single triangle are none, since a triangle that is folded over looks just so.
+fn halves(
+    pieces: &Charts,
+    uv: &UvMap,
+    folds: &[(u32, u32, bool)],
+    first_alike: &[u32],
+) -> Vec<bool> {
+    let folded = folds.iter().flat_map(|&(t, u, _)| [t, u]);
+    let mut extents: HashMap<usize, Extent> = folded
+        .map(|t| (pieces.find(t).0, Extent::default()))
+        .collect();
+    for (t, &first) in (0..).zip(first_alike) {
+        if first == t
+            && let Some(extent) = extents.get_mut(&pieces.find(t).0)
+        {
+            extent.add(uv.corners(t as usize));
+        }
+    }
+    extents.values_mut().for_each(Extent::settle);
+    let are_halves = |&(t, u, _): &(u32, u32, bool)| {
+        let [one, other] = [t, u].map(|t| &extents[&pieces.find(t).0]);
+        one.triangles() > 1 && one == other
+    };
+    folds.iter().map(are_halves).collect()
 }

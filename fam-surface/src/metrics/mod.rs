@@ -105,7 +105,7 @@ impl Metrics {
         let layout = Layout::new(mesh, uv)?;
         let sides = edges::sides(mesh, uv);
         let first_alike = repeats::first_alike(mesh, uv);
-        let charts = Charts::new(&layout, &sides, &first_alike);
+        let charts = Charts::new(&layout, uv, &sides, &first_alike);
         let stacks = Stacks::new(&layout, uv, &charts, &first_alike);
         let places = Places::new(uv, &stacks, &first_alike);
         let pairs = overlaps::overlapping_pairs(uv, &places);

@@ -17,11 +17,39 @@ pub(super) fn place(corners: [[f32; 2]; 3]) -> Place {
     place
 }
 
+/// Where a chart lies: how many triangles it has, without those that repeat another, and their UVs, as
+/// bit patterns in ascending order, each once.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Hash)]
+pub(super) struct Extent {
+    triangles: usize,
+    points: Vec<[u32; 2]>,
+}
+
+impl Extent {
+    /// Adds a triangle.
+    pub(super) fn add(&mut self, corners: [[f32; 2]; 3]) {
+        self.triangles += 1;
+        self.points.extend(place(corners));
+    }
+
+    /// Puts the points in order.
+    pub(super) fn settle(&mut self) {
+        self.points.sort_unstable();
+        self.points.dedup();
+    }
+
+    /// How many triangles there are.
+    pub(super) fn triangles(&self) -> usize {
+        self.triangles
+    }
+}
+
 /// Charts by number, and which of them are stacked.
 ///
-/// Charts are stacked if their triangles lie at the same places: bit for bit, whatever the order
-/// of triangles and corners. So a mirrored copy of a chart is in its stack too. Triangles that
-/// repeat another one of their chart do not matter, and charts without UV area are in no stack.
+/// Charts are stacked if they have the same points, bit for bit, and as many triangles. So a mirrored
+/// copy of a chart is in its stack too, also where its quads are divided along their other diagonals.
+/// Triangles that repeat another one of their chart do not matter, and charts without UV area are in no
+/// stack.
 pub(super) struct Stacks {
     /// The chart of every triangle, counting from 0 in the order of their first triangles.
     pub of_triangle: Vec<u32>,
@@ -32,27 +60,22 @@ pub(super) struct Stacks {
 impl Stacks {
     pub(super) fn new(layout: &Layout, uv: &UvMap, charts: &Charts, first_alike: &[u32]) -> Self {
         let of_triangle = charts.numbers();
-        let mut triangles: Vec<(u32, Place)> = (0..)
-            .zip(&of_triangle)
-            .filter(|&(t, _)| first_alike[t] as usize == t)
-            .map(|(t, &chart)| (chart, place(uv.corners(t))))
-            .collect();
-        triangles.sort_unstable();
         let count = of_triangle.iter().max().map_or(0, |&last| last + 1);
         let mut first: Vec<u32> = (0..count).collect();
         let mut has_area = vec![false; first.len()];
+        let mut extents = vec![Extent::default(); first.len()];
         for (t, &chart) in of_triangle.iter().enumerate() {
             has_area[chart as usize] |= layout.uv_double_area(t) != 0.0;
-        }
-        let (of_place, places): (Vec<u32>, Vec<Place>) = triangles.into_iter().unzip();
-        let mut known: HashMap<&[Place], u32> = HashMap::new();
-        let mut at = 0;
-        for own in of_place.chunk_by(|a, b| a == b) {
-            let (chart, end) = (own[0], at + own.len());
-            if has_area[chart as usize] {
-                first[chart as usize] = *known.entry(&places[at..end]).or_insert(chart);
+            if first_alike[t] as usize == t {
+                extents[chart as usize].add(uv.corners(t));
             }
-            at = end;
+        }
+        let mut known: HashMap<Extent, u32> = HashMap::new();
+        for (chart, mut extent) in (0..).zip(extents) {
+            if has_area[chart as usize] {
+                extent.settle();
+                first[chart as usize] = *known.entry(extent).or_insert(chart);
+            }
         }
         Self { of_triangle, first }
     }
@@ -144,6 +167,52 @@ mod tests {
         assert_eq!(of(&[[[0.0; 2]; 4]; 3]), [0; 4]);
     }
 
+    /// A strip folded along its middle: the two halves share their place and are charts of their own.
+    /// Folded elsewhere, it has flipped triangles.
+    #[test]
+    fn halves_that_are_folded_onto_each_other_are_a_stack() {
+        let mesh = crate::shapes::rectangle(2.0, 1.0, 4, 2);
+        let of = |fold: f64| {
+            let place = |p: &[f64; 3]| [(p[0] - fold).abs() as f32, p[1] as f32];
+            let uvs = mesh.positions().iter().map(place).collect();
+            let uv = UvMap::new(uvs, mesh.triangles().to_vec()).unwrap();
+            let metrics = Metrics::measure(&mesh, &uv).unwrap();
+            (
+                metrics.charts,
+                metrics.stacked_charts,
+                metrics.mirrored_charts,
+                metrics.flipped_triangles,
+                metrics.unintended_overlaps() > 0,
+            )
+        };
+        assert_eq!(of(-1.0), (1, 0, 0, 0, false));
+        assert_eq!(of(0.5).3, 4);
+        assert!(of(0.5).4);
+        // Also where diagonals run the same way on both sides.
+        assert_eq!(of(0.0), (2, 1, 1, 0, false));
+        let glued = crate::TriangleMesh::new(
+            [
+                [0.0, 0.0],
+                [0.0, 1.0],
+                [1.0, 0.0],
+                [1.0, 1.0],
+                [-1.0, 0.0],
+                [-1.0, 1.0],
+            ]
+            .map(|[x, y]| [x, y, 0.0])
+            .to_vec(),
+            vec![[0, 2, 3], [0, 3, 1], [0, 5, 4], [0, 1, 5]],
+        )
+        .unwrap();
+        let place = |p: &[f64; 3]| [p[0].abs() as f32, p[1] as f32];
+        let uvs = glued.positions().iter().map(place).collect();
+        let uv = UvMap::new(uvs, glued.triangles().to_vec()).unwrap();
+        let metrics = Metrics::measure(&glued, &uv).unwrap();
+        assert_eq!((metrics.charts, metrics.flipped_triangles), (2, 0));
+        assert_eq!((metrics.stacked_charts, metrics.mirrored_charts), (1, 1));
+        assert_eq!(metrics.unintended_overlaps(), 0);
+    }
+
     /// Chance places on a small lattice, where many triangles coincide: the same as one by one.
     #[test]
     fn overlaps_of_coinciding_triangles_are_those_of_all_pairs() {
@@ -160,10 +229,11 @@ mod tests {
                 corners.sort_unstable();
                 corners
             };
-            // The two triangles of a square may be one chart or, if they share no side, still are.
+            // A square is a chart of two triangles.
             let chart = |k: usize| {
-                let mut own = [canonical(2 * k), canonical(2 * k + 1)];
+                let mut own = [canonical(2 * k), canonical(2 * k + 1)].concat();
                 own.sort_unstable();
+                own.dedup();
                 own
             };
             for_each_overlapping_pair(&uv, |[a, b]| {

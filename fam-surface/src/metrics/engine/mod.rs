@@ -194,7 +194,7 @@ pub fn findings(
 ) -> Result<Vec<Finding>, SurfaceError> {
     let layout = Layout::new(mesh, uv)?;
     let first_alike = first_alike(mesh, uv);
-    let charts = Charts::new(&layout, &sides(mesh, uv), &first_alike);
+    let charts = Charts::new(&layout, uv, &sides(mesh, uv), &first_alike);
     let stacks = Stacks::new(&layout, uv, &charts, &first_alike);
     let subject = Subject {
         islands: islands(&layout, &stacks.of_triangle, &first_alike),
