@@ -1,11 +1,12 @@
 //! Finishing as a whole: on surfaces whose answer is known, marked ones, hidden ones, symmetric ones,
-//! unusual ones, hard ones, random ones and scanned ones.
+//! unusual ones, hard ones, random ones and scanned ones, with every option.
 
 mod costs;
 mod hard;
 mod hidden;
 mod known;
 mod marked;
+mod options;
 mod placed;
 mod random;
 mod scans;

@@ -25,7 +25,7 @@ fn task(symmetry: Symmetry) -> Task<'static> {
 }
 
 /// A mesh and its mirror image at x = 0 as one: vertices there are shared.
-fn glued(half: &TriangleMesh) -> TriangleMesh {
+pub(super) fn glued(half: &TriangleMesh) -> TriangleMesh {
     let mut positions = half.positions().to_vec();
     let images: Vec<u32> = half
         .positions()
