@@ -4,6 +4,7 @@
 //! after on generated surfaces. `… --example layouts -- --figures MESH…` prints tables of the same
 //! features on meshes.
 
+use std::collections::{HashMap, HashSet};
 use std::error::Error;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -11,10 +12,11 @@ use std::time::Instant;
 
 use fam_io::picture::{Flattened, Seams, encode_png, preview_picture};
 use fam_layout::{
-    LayoutConfig, Marks, MeshInput, MeshLayout, Stack, Symmetry, Turns, lay_out, repacked,
+    Beside, LayoutConfig, Marks, MeshInput, MeshLayout, Stack, Symmetry, Turns, lay_out, repacked,
 };
 use fam_surface::metrics::{Metrics, seam_edges, seam_visibility};
-use fam_surface::{Components, Edges, Surface, TriangleMesh, UvMap, shapes};
+use fam_surface::occlusion::Occluders;
+use fam_surface::{Component, Components, Edges, Surface, TriangleMesh, UvMap, shapes, symmetry};
 use image::{RgbImage, imageops};
 
 #[global_allocator]
@@ -74,6 +76,12 @@ fn features() -> Vec<Feature> {
             option: "--stack identical",
             config: with(|c| c.stack = Stack::Identical),
             surface: bolts,
+        },
+        Feature {
+            name: "stack-halves",
+            option: "--symmetry auto --stack mirrored",
+            config: with(|c| (c.symmetry, c.stack) = (Symmetry::Auto, Stack::Mirrored)),
+            surface: head,
         },
         Feature {
             name: "straighten",
@@ -164,10 +172,22 @@ fn laid_out(
     marks: &Marks,
     config: &LayoutConfig,
 ) -> Result<Outcome, Box<dyn Error>> {
+    laid_out_weighted(mesh, &[], &[], marks, config)
+}
+
+/// The same, where every triangle has a label and every label a weight.
+fn laid_out_weighted(
+    mesh: &TriangleMesh,
+    labels: &[u32],
+    weights: &[f64],
+    marks: &Marks,
+    config: &LayoutConfig,
+) -> Result<Outcome, Box<dyn Error>> {
     let started = Instant::now();
-    let components = Components::of(mesh, &[])?;
+    let components = Components::of(mesh, labels)?;
     let input = MeshInput {
         marks,
+        weights,
         ..MeshInput::of(&components)
     };
     let layout = lay_out(config, &input, &mut |_| ControlFlow::Continue(()))?;
@@ -191,6 +211,15 @@ fn pictures(folder: &Path) -> Result<(), Box<dyn Error>> {
         write(folder, feature.name, &mesh, &before, &after)?;
         println!("{} ({})", feature.name, feature.option);
     }
+    let head = head();
+    let plain = laid_out(&head, &Marks::default(), &default)?.uvs;
+    let painted = Marks::default().with_paint(head.positions().iter().map(face).collect());
+    let after = laid_out(&head, &painted, &default)?.uvs;
+    write(folder, "paint", &head, &plain, &after)?;
+    println!("paint (--paint ATTRIBUTE)");
+    weighted(folder)?;
+    kept_seams(folder)?;
+    improved(folder)?;
     // Charts that lie in rows, as many programs leave them, and packed.
     let mesh = shapes::assembly(3);
     let marks = Marks::default();
@@ -210,6 +239,120 @@ fn pictures(folder: &Path) -> Result<(), Box<dyn Error>> {
     write(folder, "pack", &mesh, &rows, &packed.uvs)?;
     println!("pack (fam pack)");
     Ok(())
+}
+
+/// 1 in the face of the [`head`], 0 behind.
+fn face(&[_, y, _]: &[f64; 3]) -> f64 {
+    (0.2 - 2.0 * y).clamp(0.0, 1.0)
+}
+
+/// Parts, the largest of which gets twice as many texels along every length as the others.
+fn weighted(folder: &Path) -> Result<(), Box<dyn Error>> {
+    let mesh = shapes::assembly(3);
+    let (marks, config) = (Marks::default(), LayoutConfig::default());
+    let labels = parts(&mesh)?;
+    let before = laid_out_weighted(&mesh, &labels, &[], &marks, &config)?.uvs;
+    let after = laid_out_weighted(&mesh, &labels, &[2.0, 1.0], &marks, &config)?.uvs;
+    write(folder, "weight", &mesh, &before, &after)?;
+    println!("weight (--weight NAME=2)");
+    Ok(())
+}
+
+/// For every triangle 0 if it is in the largest connected part, otherwise 1.
+fn parts(mesh: &TriangleMesh) -> Result<Vec<u32>, Box<dyn Error>> {
+    let components = Components::of(mesh, &[])?;
+    let size = |one: &&Component| one.mesh.triangles().len();
+    let largest = components.list.iter().max_by_key(size);
+    let inside: HashSet<u32> = largest
+        .iter()
+        .flat_map(|one| one.vertices.clone())
+        .collect();
+    let label = |t: &[u32; 3]| u32::from(!inside.contains(&t[0]));
+    Ok(mesh.triangles().iter().map(label).collect())
+}
+
+/// A layout with its upper half stretched, and the same seams flattened anew.
+fn kept_seams(folder: &Path) -> Result<(), Box<dyn Error>> {
+    let (mesh, config) = (head(), LayoutConfig::default());
+    let good = laid_out(&mesh, &Marks::default(), &config)?.uvs;
+    let stretched = |[u, v]: [f32; 2]| [u, 0.3 * v + 0.7 * v * v];
+    let before = mapped(&good, &mesh, |_, q| stretched(q))?;
+    let marks = as_cut(&mesh, &seam_edges(&mesh, &before)?);
+    let after = laid_out(&mesh, &marks, &config)?.uvs;
+    write(folder, "keep-seams", &mesh, &before, &after)?;
+    println!("keep-seams (--keep-seams)");
+    Ok(())
+}
+
+/// Marks by which a mesh is cut along some edges and along no other.
+fn as_cut(mesh: &TriangleMesh, seams: &[[u32; 2]]) -> Marks {
+    let seams: HashSet<[u32; 2]> = seams.iter().copied().collect();
+    let all = mesh.triangles().iter();
+    let sides = all.flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    let (wanted, forbidden): (Vec<[u32; 2]>, Vec<[u32; 2]>) = sides
+        .map(|[a, b]| [a.min(b), a.max(b)])
+        .partition(|edge| seams.contains(edge));
+    Marks::new(&Edges::of(mesh), &wanted, &forbidden)
+}
+
+/// Parts, the largest of which is stretched, and this flattened anew beside the others, which stay.
+fn improved(folder: &Path) -> Result<(), Box<dyn Error>> {
+    let (mesh, config) = (shapes::assembly(3), LayoutConfig::default());
+    let labels = parts(&mesh)?;
+    let good = laid_out(&mesh, &Marks::default(), &config)?.uvs;
+    let squeeze = |t: usize, [u, v]: [f32; 2]| match labels[t] {
+        0 => [u, 0.4 * v],
+        _ => [u, v],
+    };
+    let before = mapped(&good, &mesh, squeeze)?;
+    let labels = &labels;
+    let of = |label: u32| (0..labels.len()).filter(move |&t| labels[t] == label);
+    let there: Vec<[f32; 2]> = of(1).flat_map(|t| before.corners(t)).collect();
+    let there = UvMap::of_corners(&there)?;
+    let anew = of(0).map(|t| mesh.triangles()[t]).collect();
+    let anew = TriangleMesh::new(mesh.positions().to_vec(), anew)?;
+    let components = Components::of(&anew, &[])?;
+    let marks = as_cut(&anew, &seam_edges(&mesh, &before)?);
+    let input = MeshInput {
+        marks: &marks,
+        beside: Some(Beside {
+            uvs: &there,
+            squares: &[],
+            scale: f64::INFINITY,
+        }),
+        ..MeshInput::of(&components)
+    };
+    let layout = lay_out(&config, &input, &mut |_| ControlFlow::Continue(()))?;
+    let maps: Vec<UvMap> = layout.components.iter().map(|c| c.uvs.clone()).collect();
+    let flat = components.uv_map(&maps)?;
+    let mut next = 0..;
+    let corners: Vec<[f32; 2]> = (0..labels.len())
+        .flat_map(|t| match labels[t] {
+            0 => flat.corners(next.next().unwrap_or_default()),
+            _ => before.corners(t),
+        })
+        .collect();
+    write(
+        folder,
+        "improve",
+        &mesh,
+        &before,
+        &UvMap::of_corners(&corners)?,
+    )?;
+    println!("improve (--improve)");
+    Ok(())
+}
+
+/// A map with its UVs elsewhere: `place` has the triangle and the UV of a corner.
+fn mapped(
+    uvs: &UvMap,
+    mesh: &TriangleMesh,
+    place: impl Fn(usize, [f32; 2]) -> [f32; 2],
+) -> Result<UvMap, Box<dyn Error>> {
+    let corners: Vec<[f32; 2]> = (0..mesh.triangles().len())
+        .flat_map(|t| uvs.corners(t).map(|q| place(t, q)))
+        .collect();
+    Ok(UvMap::of_corners(&corners)?)
 }
 
 /// The charts of a map in rows, by their bounding boxes.
@@ -279,10 +422,13 @@ fn write(
     Ok(())
 }
 
-/// Prints a table for every feature: meshes, without it and with it.
+/// Prints a table for every feature that changes charts, of those meshes in which it does, without it and
+/// with it; and one of what visibility and the mirror plane take to find.
 fn figures(paths: &[PathBuf]) -> Result<(), Box<dyn Error>> {
-    let default = LayoutConfig::default();
-    let mut rows: Vec<String> = Vec::new();
+    let mut features = features();
+    features.retain(|feature| !["upright", "tiles"].contains(&feature.name));
+    let mut tables: Vec<Vec<String>> = features.iter().map(|_| Vec::new()).collect();
+    let mut costs = Vec::new();
     for path in paths {
         let document = fam_io::read_surface(path)?;
         let Surface::Mesh(mesh) = document.surface() else {
@@ -290,39 +436,119 @@ fn figures(paths: &[PathBuf]) -> Result<(), Box<dyn Error>> {
         };
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         let marks = Marks::default().with_diagonals(&Edges::of(mesh), document.diagonals());
-        let before = row(mesh, &laid_out(mesh, &marks, &default)?)?;
-        rows.push(format!("| {name} | (default) | {before} |"));
-        for feature in features() {
-            let line = match laid_out(mesh, &marks, &feature.config) {
-                Ok(outcome) => row(mesh, &outcome)?,
-                Err(error) => error.to_string(),
-            };
-            rows.push(format!("| {name} | `{}` | {line} |", feature.option));
+        let before = Figures::of(mesh, &laid_out(mesh, &marks, &LayoutConfig::default())?)?;
+        for (feature, table) in features.iter().zip(&mut tables) {
+            let after = Figures::of(mesh, &laid_out(mesh, &marks, &feature.config)?)?;
+            if before.changes_to(&after) {
+                table.push(format!("| {name} | {} |", before.row(&after)));
+            }
         }
+        let components = Components::of(mesh, &[])?;
+        let mut started = Instant::now();
+        let occluders = Occluders::of(components.list.iter().map(|one| &one.mesh));
+        for component in &components.list {
+            occluders.visibility(&component.mesh, None, &|| true);
+        }
+        let visibility = started.elapsed().as_secs_f64();
+        started = Instant::now();
+        let plane = symmetry::find(mesh);
+        costs.push(format!(
+            "| {name} | {} | {visibility:.2} | {:.2} | {} |",
+            mesh.triangles().len(),
+            started.elapsed().as_secs_f64(),
+            if plane.is_some() { "yes" } else { "no" },
+        ));
+    }
+    for (feature, table) in features.iter().zip(tables) {
+        println!(
+            "\n`{}`\n\n| mesh | charts | seams | visibility | straight, % | energy | coverage, % | seconds |\n\
+             | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |",
+            feature.option
+        );
+        table.iter().for_each(|row| println!("{row}"));
     }
     println!(
-        "| mesh | option | charts | energy | seam length | seam visibility | coverage, % | tiles | \
-         flips | overlaps | seconds |\n\
-         | --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |"
+        "\n| mesh | triangles | visibility, s | mirror plane, s | there is one |\n| --- | ---: | ---: | ---: | --- |"
     );
-    rows.iter().for_each(|row| println!("{row}"));
+    costs.iter().for_each(|row| println!("{row}"));
     Ok(())
 }
 
-fn row(mesh: &TriangleMesh, outcome: &Outcome) -> Result<String, Box<dyn Error>> {
-    let metrics = Metrics::measure(mesh, &outcome.uvs)?;
-    let visibility = seam_visibility(mesh, &outcome.uvs)?;
-    let square = outcome.layout.squares.first();
-    Ok(format!(
-        "{} | {:.3} | {:.2} | {} | {:.0} | {} | {} | {} | {:.1}",
-        metrics.charts,
-        outcome.layout.energy(),
-        metrics.seam_length,
-        visibility.map_or("-".to_owned(), |v| format!("{v:.3}")),
-        square.map_or(0.0, |square| 100.0 * square.coverage),
-        square.map_or(1, |square| square.tiles),
-        metrics.flipped_triangles,
-        metrics.overlapping_pairs,
-        outcome.seconds,
-    ))
+/// What is told of a layout.
+struct Figures {
+    charts: usize,
+    seams: f64,
+    /// Of the seams; without any there is none.
+    visibility: Option<f64>,
+    /// Share of the length of charts' borders that runs along the axes.
+    straight: f64,
+    energy: f64,
+    coverage: f64,
+    seconds: f64,
+}
+
+impl Figures {
+    /// Fails if a triangle is flipped or two overlap that do not share their place on purpose.
+    fn of(mesh: &TriangleMesh, outcome: &Outcome) -> Result<Self, Box<dyn Error>> {
+        let metrics = Metrics::measure(mesh, &outcome.uvs)?;
+        if metrics.flipped_triangles > 0 || metrics.unintended_overlaps() > 0 {
+            return Err(format!("flips or overlaps: {metrics:?}").into());
+        }
+        let squares = &outcome.layout.squares;
+        let coverage: f64 = squares.iter().map(|square| square.coverage).sum();
+        Ok(Self {
+            charts: metrics.charts,
+            seams: metrics.seam_length,
+            visibility: seam_visibility(mesh, &outcome.uvs)?,
+            straight: 100.0 * straight_share(&outcome.uvs),
+            energy: outcome.layout.energy(),
+            coverage: 100.0 * coverage,
+            seconds: outcome.seconds,
+        })
+    }
+
+    fn changes_to(&self, other: &Self) -> bool {
+        let differs = |a: f64, b: f64| (a - b).abs() > 0.005 * a.abs();
+        self.charts != other.charts
+            || differs(self.seams, other.seams)
+            || differs(self.energy, other.energy)
+            || differs(self.coverage, other.coverage)
+    }
+
+    fn row(&self, after: &Self) -> String {
+        let told = |v: Option<f64>| v.map_or("-".to_owned(), |v| format!("{v:.3}"));
+        let both = |of: fn(&Self) -> f64, digits: usize| {
+            format!("{:.digits$} → {:.digits$}", of(self), of(after))
+        };
+        [
+            format!("{} → {}", self.charts, after.charts),
+            both(|f| f.seams, 2),
+            format!("{} → {}", told(self.visibility), told(after.visibility)),
+            both(|f| f.straight, 0),
+            both(|f| f.energy, 3),
+            both(|f| f.coverage, 0),
+            both(|f| f.seconds, 1),
+        ]
+        .join(" | ")
+    }
+}
+
+/// Share of the length of charts' borders that is within a degree of an axis.
+fn straight_share(uvs: &UvMap) -> f64 {
+    let mut sides: HashMap<[u32; 2], u32> = HashMap::new();
+    for &[a, b, c] in uvs.triangles() {
+        for [a, b] in [[a, b], [b, c], [c, a]] {
+            *sides.entry([a.min(b), a.max(b)]).or_default() += 1;
+        }
+    }
+    let (mut straight, mut all) = (0.0, 0.0);
+    for ([a, b], _) in sides.into_iter().filter(|(_, count)| *count == 1) {
+        let [p, q] = [a, b].map(|v| uvs.uvs()[v as usize].map(f64::from));
+        let (x, y) = ((p[0] - q[0]).abs(), (p[1] - q[1]).abs());
+        all += x.hypot(y);
+        if x.min(y) <= 1_f64.to_radians().tan() * x.max(y) {
+            straight += x.hypot(y);
+        }
+    }
+    if all > 0.0 { straight / all } else { 0.0 }
 }

@@ -19,8 +19,9 @@ pub enum Stack {
     None,
     /// Those that are the same up to a rotation and a translation.
     Identical,
-    /// These, and those that are mirror images of each other. Of the latter one lies mirrored on the
-    /// other's place, with all its triangles clockwise.
+    /// These, and those that are mirror images of each other: one lies mirrored on the other's place,
+    /// with all its triangles clockwise. With a [`Symmetry`](crate::Symmetry) the halves of symmetric
+    /// components do so as well.
     Mirrored,
 }
 

@@ -1,8 +1,9 @@
 //! Flattened charts side by side in one UV square.
 //!
 //! Every chart's true shape, enlarged by half the margin, is marked in a grid of cells, in which charts
-//! are placed from the largest to the smallest, each as low as it goes. The scale is the largest at
-//! which a bisection found all to fit; by how much charts reach beyond the square tells where it begins.
+//! are placed from the largest to the smallest, each as low as it goes. The scale is the largest found at
+//! which all fit, first in a coarse grid, then in a fine one; by how much charts reach beyond the square
+//! tells where the search begins.
 //! Then the order and the turns of a few charts are changed again and again, at scales that are a
 //! little too large, until all fit.
 
