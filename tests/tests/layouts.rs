@@ -387,6 +387,34 @@ fn charts_are_packed_anew() {
         (other / one - 2.0).abs() < 1e-3,
         "they have the same density"
     );
+    // A chart of two materials, and one of a third.
+    let mixed = quads.replace("usemtl b", "usemtl c").replace(
+        "f 1/1 2/2 3/3 4/4",
+        "f 1/1 2/2 3/3\nusemtl b\nf 1/1 3/3 4/4",
+    );
+    fs::write(folder.path().join("mixed.obj"), mixed).unwrap();
+    for (input, options, expected) in [
+        ("quads.obj", &["--weight", "b=3"][..], 3.0),
+        ("quads.obj", &["--weight", "a=2", "--weight", "b=0.5"], 0.25),
+        (
+            "quads.obj",
+            &["--weight", "b=3", "--texel-density", "50"],
+            6.0,
+        ),
+        // The two are in squares of their own.
+        ("quads.obj", &["--weight", "b=3", "--per-material"], 1.0),
+        ("mixed.obj", &["--weight", "b=2"], 0.5),
+        ("mixed.obj", &["--weight", "b=0.5"], 1.0),
+    ] {
+        let pack = ["pack", input, "-o", "weighted.obj"];
+        succeeds(folder.path(), &[&pack[..], options].concat());
+        let [one, other] = sides("weighted.obj");
+        let found = other / one;
+        assert!(
+            (found / expected - 1.0).abs() < 1e-3,
+            "{options:?}: {found}"
+        );
+    }
 
     fs::write(folder.path().join("more.obj"), quads).unwrap();
     let both = [
@@ -437,6 +465,10 @@ fn charts_are_packed_anew() {
         (
             &["pack", "quads.obj", "-o", "o.obj", "--margin", "-1"],
             "margin must lie",
+        ),
+        (
+            &["pack", "quads.obj", "-o", "o.obj", "--weight", "c=2"],
+            "quads.obj: there is no material or object `c`",
         ),
         (
             &["pack", "quads.obj", "quads.obj", "-o", "both"],

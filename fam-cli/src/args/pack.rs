@@ -2,6 +2,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use crate::weights::Weight;
+
 use super::names::TurnsName;
 
 /// Lay the charts of UVs that are there side by side anew.
@@ -50,6 +52,13 @@ pub struct Pack {
     /// Begin charts at corners of texels and leave whole texels between them, for lightmaps
     #[arg(long)]
     pub whole_texels: bool,
+
+    /// Give the charts of a material or an object FACTOR times the length against others; may be repeated
+    ///
+    /// A chart that has triangles of several gets the largest factor among them, where those without any
+    /// have 1. With several files, the materials and objects of that name of all of them count.
+    #[arg(long, value_name = "NAME=FACTOR", value_parser = crate::weights::weight)]
+    pub weight: Vec<Weight>,
 
     /// Pack every material into a UV square of its own; with --udim into a tile of its own
     #[arg(long)]

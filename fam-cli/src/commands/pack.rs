@@ -3,13 +3,14 @@ use std::path::{Path, PathBuf};
 
 use fam_io::{Document, Format, WriteFault, WriteOptions};
 use fam_layout::{LayoutConfig, PackError, PackOptions, Repacked, Size, repacked};
-use fam_surface::charts::{ChartFlaws, flaws};
+use fam_surface::charts::{ChartFlaws, charts_apart, flaws};
 use fam_surface::{Surface, SurfaceError, UvMap};
 use serde::Serialize;
 
 use crate::args;
 use crate::failure::{Failure, SUCCESS};
 use crate::terminal::{print_json, print_line};
+use crate::weights::Weight;
 
 /// A file to pack.
 struct Source {
@@ -17,6 +18,8 @@ struct Source {
     document: Document,
     /// The areas of its triangles.
     areas: Vec<f64>,
+    /// How many times as long as others its triangles are to be.
+    factors: Vec<f64>,
     uvs: UvMap,
 }
 
@@ -55,11 +58,14 @@ pub fn pack(arguments: &args::Pack) -> Result<u8, Failure> {
     if let Some(problem) = config.problem() {
         return Err(Failure::input(problem));
     }
-    let sources: Vec<Source> = arguments
+    let mut sources: Vec<Source> = arguments
         .inputs
         .iter()
         .map(|path| Source::read(path))
         .collect::<Result<_, _>>()?;
+    for weight in &arguments.weight {
+        weigh(&mut sources, weight)?;
+    }
     let outputs = outputs(arguments)?;
     let squares = squares(&sources, arguments.per_material);
     let squares_are_tiles = squares.len() > 1 && arguments.udim > 1;
@@ -75,7 +81,7 @@ pub fn pack(arguments: &args::Pack) -> Result<u8, Failure> {
         .collect();
     let mut summaries = Vec::new();
     for (number, (material, members)) in (0..).zip(squares) {
-        let (uvs, areas) = gathered(&sources, &members).map_err(Failure::work)?;
+        let uvs = gathered(&sources, &members).map_err(Failure::work)?;
         // Charts of two files are two, even on one place.
         let files: Vec<u32> = members.iter().map(|(file, _)| *file as u32).collect();
         let found = flaws(&uvs, &files);
@@ -84,7 +90,8 @@ pub fn pack(arguments: &args::Pack) -> Result<u8, Failure> {
         }
         let tiles = if squares_are_tiles { 1 } else { config.tiles };
         let first_tile = if squares_are_tiles { number } else { 0 };
-        let result = repack(arguments, &uvs, &files, &areas, tiles, first_tile)?;
+        let areas = areas(arguments, &sources, &members, &uvs, &files);
+        let result = repack(arguments, &uvs, &files, areas.as_deref(), tiles, first_tile)?;
         for (t, &(file, triangle)) in members.iter().enumerate() {
             let corners = result.uvs.corners(t);
             packed[file][3 * triangle as usize..][..3].copy_from_slice(&corners);
@@ -134,6 +141,7 @@ impl Source {
         Ok(Self {
             path: path.to_owned(),
             areas: mesh.triangle_areas(),
+            factors: vec![1.0; mesh.triangles().len()],
             uvs: uvs.ok_or_else(|| fail("it has no texture coordinates on all of its faces"))?,
             document,
         })
@@ -146,6 +154,27 @@ impl Source {
             .material_names
             .get(material as usize)
             .map(String::as_str)
+    }
+}
+
+/// Gives the triangles of a material or an object their factor, in all files that have it.
+fn weigh(sources: &mut [Source], weight: &Weight) -> Result<(), Failure> {
+    let mut unknown = Vec::new();
+    for source in &mut *sources {
+        let labels = source.document.labels();
+        match labels.named(&weight.name, source.factors.len()) {
+            Ok(named) => named
+                .iter()
+                .for_each(|&t| source.factors[t as usize] = weight.factor),
+            Err(error) => {
+                let path = source.path.display().to_string();
+                unknown.push(Failure::input(error).of(&path));
+            }
+        }
+    }
+    match unknown.len() == sources.len() {
+        true => Err(unknown.swap_remove(0)),
+        false => Ok(()),
     }
 }
 
@@ -195,11 +224,8 @@ fn squares(sources: &[Source], per_material: bool) -> Vec<(Option<String>, Membe
         .collect()
 }
 
-/// The UVs of some triangles, and the areas of these.
-fn gathered(
-    sources: &[Source],
-    members: &[(usize, u32)],
-) -> Result<(UvMap, Vec<f64>), SurfaceError> {
+/// The UVs of some triangles.
+fn gathered(sources: &[Source], members: &[(usize, u32)]) -> Result<UvMap, SurfaceError> {
     let mut numbers: HashMap<(usize, u32), u32> = HashMap::new();
     let mut uvs = Vec::new();
     let mut triangles = Vec::with_capacity(members.len());
@@ -212,18 +238,51 @@ fn gathered(
             })
         }));
     }
-    let area = |&(file, t): &(usize, u32)| sources[file].areas[t as usize];
-    Ok((
-        UvMap::new(uvs, triangles)?,
-        members.iter().map(area).collect(),
-    ))
+    UvMap::new(uvs, triangles)
+}
+
+/// The areas that triangles are to have; `None` if all charts keep their sizes relative to each other.
+///
+/// With a texel density they are those on the surface, otherwise those in the plane, each times the
+/// square of the largest factor in its chart.
+fn areas(
+    arguments: &args::Pack,
+    sources: &[Source],
+    members: &[(usize, u32)],
+    uvs: &UvMap,
+    files: &[u32],
+) -> Option<Vec<f64>> {
+    let on_surface = arguments.texel_density.is_some();
+    if !on_surface && arguments.weight.is_empty() {
+        return None;
+    }
+    let charts = charts_apart(uvs, files);
+    let mut largest = vec![0.0_f64; members.len()];
+    for (&chart, &(file, t)) in charts.iter().zip(members) {
+        let largest = &mut largest[chart as usize];
+        *largest = largest.max(sources[file].factors[t as usize]);
+    }
+    let of_triangle = |(t, (&chart, &(file, own))): (usize, (&u32, &(usize, u32)))| {
+        let area = match on_surface {
+            true => sources[file].areas[own as usize],
+            false => area(uvs.corners(t)),
+        };
+        area * largest[chart as usize].powi(2)
+    };
+    let all = charts.iter().zip(members).enumerate();
+    Some(all.map(of_triangle).collect())
+}
+
+fn area(corners: [[f32; 2]; 3]) -> f64 {
+    let [a, b, c] = corners.map(|q| q.map(f64::from));
+    0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs()
 }
 
 fn repack(
     arguments: &args::Pack,
     uvs: &UvMap,
     files: &[u32],
-    areas: &[f64],
+    areas: Option<&[f64]>,
     tiles: u32,
     first_tile: u32,
 ) -> Result<Repacked, Failure> {
@@ -241,7 +300,6 @@ fn repack(
         first_tile,
         ..PackOptions::new(arguments.margin, arguments.resolution)
     };
-    let areas = arguments.texel_density.map(|_| areas);
     let result = repacked(uvs, files, areas, arguments.turns.into(), &options);
     let result = result.map_err(Failure::input)?;
     let needed = result.tiles;
