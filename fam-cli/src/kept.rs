@@ -38,23 +38,30 @@ pub fn kept(arguments: &Unwrap, document: &Document, bound: f64) -> Result<Optio
             .map(Some)
             .map_err(Failure::input);
     }
-    kept_by_selection(arguments, document, mesh, uvs).map(Some)
+    let selected = arguments.selected.as_deref();
+    all_but(document, mesh, uvs, &arguments.only, selected).map(Some)
 }
 
-fn kept_by_selection(
-    arguments: &Unwrap,
+/// The UVs of all faces of the mesh of a document but those of the materials and objects `only`, and those
+/// all of whose vertices have more than 0.5 of the attribute `selected`.
+///
+/// # Errors
+/// There is no material and no object of a name, no such attribute, or no face that is selected.
+pub fn all_but(
     document: &Document,
     mesh: &TriangleMesh,
     uvs: UvMap,
+    only: &[String],
+    selected: Option<&str>,
 ) -> Result<Kept, Failure> {
     let mut is_kept = vec![true; mesh.triangles().len()];
-    for name in &arguments.only {
+    for name in only {
         let named = document.labels().named(name, mesh.triangles().len());
         for t in named.map_err(Failure::input)? {
             is_kept[t as usize] = false;
         }
     }
-    if let Some(attribute) = &arguments.selected {
+    if let Some(attribute) = selected {
         let values = document
             .vertex_attribute(attribute)
             .map_err(Failure::input)?;

@@ -37,6 +37,9 @@ use clap::Parser;
 pub use args::BackendName;
 pub use backend::{Backend, Job};
 pub use failure::Failure;
+pub use kept::all_but;
+pub use marks::marks;
+pub use parting::parting;
 
 use again::Again;
 use args::{Arguments, Command};

@@ -3,10 +3,10 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use fam::present_seams;
 use fam_io::Document;
 use fam_io::marks::MarkedEdges;
 use fam_layout::Marks;
-use fam_surface::metrics::seam_edges;
 use fam_surface::{Edges, Surface, TriangleMesh};
 
 use crate::args::Unwrap;
@@ -104,7 +104,10 @@ impl MarkFiles {
         };
         let (mut wanted, mut forbidden) = (edges(&self.wanted)?, edges(&self.forbidden)?);
         if self.keeps {
-            let [seams, others] = present(mesh, document)?;
+            let none = "it has no texture coordinates on all of its faces, of which --keep-seams could keep \
+                        the seams";
+            let uvs = document.uv_map().ok_or_else(|| Failure::input(none))?;
+            let [seams, others] = present_seams(mesh, uvs).map_err(Failure::input)?;
             wanted.extend(seams);
             forbidden.extend(others);
         }
@@ -123,21 +126,6 @@ impl MarkFiles {
     fn all(&self) -> impl Iterator<Item = &MarkFile> {
         self.wanted.iter().chain(&self.forbidden)
     }
-}
-
-/// The edges at which the UVs that are there cut the mesh, and all others.
-fn present(mesh: &TriangleMesh, document: &Document) -> Result<[Vec<[u32; 2]>; 2], Failure> {
-    let none = || {
-        Failure::input(
-            "it has no texture coordinates on all of its faces, of which --keep-seams could keep the seams",
-        )
-    };
-    let uvs = document.uv_map().ok_or_else(none)?;
-    let mut seams = seam_edges(mesh, uvs).map_err(Failure::input)?;
-    seams.sort_unstable();
-    let mut others = Edges::of(mesh).all();
-    others.retain(|edge| seams.binary_search(edge).is_err());
-    Ok([seams, others])
 }
 
 impl MarkFile {
@@ -191,8 +179,11 @@ impl Marked {
     }
 }
 
-/// Marked edges of a mesh whose polygons are to stay whole, and its hard edges.
-fn marks(
+/// Marked edges of the mesh of a document whose polygons are to stay whole, and its hard edges.
+///
+/// # Errors
+/// The file that it was read from is needed again, and cannot be read.
+pub fn marks(
     mesh: &TriangleMesh,
     wanted: &[[u32; 2]],
     forbidden: &[[u32; 2]],

@@ -1,7 +1,7 @@
 //! Arrays from Python, and back.
 
 use fam_surface::polygons::Polygons;
-use fam_surface::{PointCloud, Surface, TriangleMesh};
+use fam_surface::{PointCloud, Surface, TriangleMesh, UvMap};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -122,6 +122,22 @@ impl PolygonMesh {
             .zip(counts)
             .flat_map(|(&value, count)| std::iter::repeat_n(value, count))
             .collect()
+    }
+
+    /// The UVs of the triangles, of those of the corners of all faces.
+    pub fn uv_map(&self, of_corners: &[[f32; 2]]) -> Result<UvMap, Failure> {
+        if of_corners.len() != self.polygons.corners().len() {
+            let reason = "there is not a UV for every corner of the faces";
+            return Err(Failure::Input(reason.to_owned()));
+        }
+        let mut rest = of_corners;
+        let mut of_triangles = Vec::with_capacity(3 * self.mesh.triangles().len());
+        for (face, division) in self.polygons.divided() {
+            let (own, others) = rest.split_at(face.len());
+            of_triangles.extend(division.of(own).flatten());
+            rest = others;
+        }
+        Ok(UvMap::of_corners(&of_triangles)?)
     }
 }
 

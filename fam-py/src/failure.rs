@@ -44,6 +44,12 @@ impl Failure {
     }
 }
 
+impl From<fam_cli::Failure> for Failure {
+    fn from(failure: fam_cli::Failure) -> Self {
+        Self::Input(failure.to_string())
+    }
+}
+
 impl From<UnwrapError> for Failure {
     fn from(error: UnwrapError) -> Self {
         match error {

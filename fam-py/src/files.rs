@@ -1,6 +1,7 @@
 //! Files, read and written back with other UVs.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use fam_io::{Document, WriteOptions, read_surface};
 use fam_surface::{Surface, UvMap};
@@ -22,11 +23,11 @@ impl From<UvMap> for IndexedUvs {
 
 /// A file that was read.
 #[pyclass(frozen, module = "flatten_anything._native")]
-pub struct File(Document);
+pub struct File(Arc<Document>);
 
 impl File {
     /// What is in it.
-    pub fn document(&self) -> &Document {
+    pub fn document(&self) -> &Arc<Document> {
         &self.0
     }
 }
@@ -36,7 +37,7 @@ impl File {
 pub fn read(py: Python<'_>, path: PathBuf) -> PyResult<File> {
     let document = py.detach(|| read_surface(&path));
     let document = document.map_err(|error| Failure::from(error).exception(py))?;
-    Ok(File(document))
+    Ok(File(Arc::new(document)))
 }
 
 #[pymethods]

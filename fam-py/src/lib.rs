@@ -5,6 +5,7 @@
 //! threads of its process, while Python goes on.
 
 mod arrays;
+mod asked;
 mod backend;
 mod failure;
 mod files;

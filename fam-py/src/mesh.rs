@@ -1,18 +1,21 @@
 //! Unwrapping a mesh.
 
+use std::sync::Arc;
+
 use burn_flex::Flex;
-use fam::{Options, Parting, Unwrapped, Uvs, in_a_row};
-use fam_cli::BackendName;
+use fam::{Kept, Options, Parting, Unwrapped, Uvs, in_a_row};
+use fam_cli::{BackendName, all_but, marks};
 use fam_core::atlas::Atlas;
 use fam_layout::Marks;
 use fam_surface::charts::charts;
 use fam_surface::polygons::{Polygons, Split};
-use fam_surface::{Edges, Surface, UvMap};
+use fam_surface::{Edges, Surface, TriangleMesh, UvMap};
 use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{Faces, PolygonMesh, of_rows, rows};
+use crate::asked::{Asked, Wishes, on_all_faces};
 use crate::failure::Failure;
 use crate::files::{File, IndexedUvs};
 use crate::job::{Job, Output, Signal};
@@ -20,10 +23,9 @@ use crate::map::Map;
 use crate::settings::Settings;
 use crate::unwrapped::Told;
 
-/// The job that unwraps a mesh. `objects` and `materials` have a number for every face; `wanted` are the
-/// edges to cut along, `forbidden` those not to, by their vertices.
+/// The job that unwraps a mesh. `objects`, `materials` and `selected` have an entry for every face, `paint`
+/// one for every vertex, and `uvs` `[C, 2]` one for every corner of the faces.
 #[pyfunction]
-#[pyo3(signature = (positions, corners, sizes, objects, materials, wanted, forbidden, settings))]
 #[expect(clippy::too_many_arguments, reason = "Python names them")]
 pub fn unwrap(
     py: Python<'_>,
@@ -32,14 +34,18 @@ pub fn unwrap(
     sizes: Option<PyReadonlyArray1<'_, u32>>,
     objects: Option<Vec<u32>>,
     materials: Option<Vec<u32>>,
-    wanted: PyReadonlyArray2<'_, u32>,
-    forbidden: PyReadonlyArray2<'_, u32>,
+    uvs: Option<PyReadonlyArray2<'_, f32>>,
+    selected: Option<Vec<bool>>,
+    paint: Option<PyReadonlyArray1<'_, f64>>,
+    asked: Asked<'_>,
     settings: Settings,
 ) -> PyResult<Job> {
     let start = || {
         let positions = rows(&positions)?;
         let faces = Faces::new(&corners, sizes.as_ref())?;
-        let marks = [rows(&wanted)?, rows(&forbidden)?];
+        let uvs = uvs.as_ref().map(rows).transpose()?;
+        let paint = paint.map_or_else(Vec::new, |paint| paint.as_array().to_vec());
+        let mut wishes = Wishes::of(&asked)?;
         let mut options = settings.options(Parting::default())?;
         let backend = settings.backend()?;
         Job::start(move |signal| {
@@ -48,46 +54,69 @@ pub fn unwrap(
                 duplicates: options.parting.duplicates,
                 ..parting(&mesh, objects.as_deref(), materials.as_deref())
             };
-            unwrapped(mesh, options, backend, &marks, signal)
+            let uvs = uvs.map(|uvs| mesh.uv_map(&uvs)).transpose()?;
+            let bound = options.layout.distortion_bound;
+            options.kept = wishes.keep(&mesh.mesh, uvs.as_ref(), bound)?;
+            if let Some(selected) = selected {
+                let uvs = on_all_faces(uvs.as_ref())?.clone();
+                let is_kept = mesh.of_triangles(&selected).iter().map(|&is| !is).collect();
+                options.kept = Some(Kept::new(uvs, is_kept)?);
+            }
+            let edges = Edges::of(&mesh.mesh);
+            options.marks = Marks::new(&edges, &wishes.wanted, &wishes.forbidden)
+                .with_diagonals(&edges, &mesh.diagonals)
+                .with_paint(paint);
+            unwrapped(mesh.mesh, &mesh.polygons, &options, backend, signal)
         })
     };
     start().map_err(|failure| failure.exception(py))
 }
 
 /// The job that unwraps the mesh of a file, whose faces are its triangles; with a square for every
-/// material if they are `per_material`.
+/// material if they are `per_material`. `only` are names of materials and objects, `selected` and `paint`
+/// those of attributes of the vertices.
 #[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "Python names them")]
 pub fn unwrap_file(
     py: Python<'_>,
     file: &File,
     per_material: bool,
-    wanted: PyReadonlyArray2<'_, u32>,
-    forbidden: PyReadonlyArray2<'_, u32>,
+    only: Vec<String>,
+    selected: Option<String>,
+    paint: Option<String>,
+    asked: Asked<'_>,
     settings: Settings,
 ) -> PyResult<Job> {
     let start = || {
-        let document = file.document();
-        let Surface::Mesh(mesh) = document.surface() else {
-            return Err(Failure::Input("the file has no faces".to_owned()));
-        };
-        let mut polygons = Polygons::default();
-        for &triangle in mesh.triangles() {
-            polygons.push(triangle);
-        }
-        let labels = document.labels();
-        let parting = match per_material && !labels.materials.is_empty() {
-            true => Parting::by_material(&labels.objects, &labels.materials),
-            false => Parting::by_object(&labels.objects),
-        };
-        let options = settings.options(parting)?;
+        let document = Arc::clone(file.document());
+        let mut wishes = Wishes::of(&asked)?;
+        let parting = fam_cli::parting(document.labels(), per_material);
+        let mut options = settings.options(parting)?;
         let backend = settings.backend()?;
-        let marks = [rows(&wanted)?, rows(&forbidden)?];
-        let mesh = PolygonMesh {
-            mesh: mesh.clone(),
-            polygons,
-            diagonals: document.diagonals().to_vec(),
-        };
-        Job::start(move |signal| unwrapped(mesh, options, backend, &marks, signal))
+        Job::start(move |signal| {
+            let Surface::Mesh(mesh) = document.surface() else {
+                return Err(Failure::Input("the file has no faces".to_owned()));
+            };
+            let uvs = document.uv_map();
+            options.kept = wishes.keep(mesh, uvs, options.layout.distortion_bound)?;
+            if !only.is_empty() || selected.is_some() {
+                let uvs = on_all_faces(uvs)?.clone();
+                let kept = all_but(&document, mesh, uvs, &only, selected.as_deref())?;
+                options.kept = Some(kept);
+            }
+            let marks = marks(mesh, &wishes.wanted, &wishes.forbidden, &document);
+            options.marks = marks.map_err(|error| Failure::File(error.to_string()))?;
+            if let Some(attribute) = paint {
+                let paint = document.vertex_attribute(&attribute);
+                let paint = paint.map_err(|error| Failure::Input(error.to_string()))?;
+                options.marks = options.marks.with_paint(paint);
+            }
+            let mut polygons = Polygons::default();
+            for &triangle in mesh.triangles() {
+                polygons.push(triangle);
+            }
+            unwrapped(mesh.clone(), &polygons, &options, backend, signal)
+        })
     };
     start().map_err(|failure| failure.exception(py))
 }
@@ -105,26 +134,19 @@ fn parting(mesh: &PolygonMesh, objects: Option<&[u32]>, materials: Option<&[u32]
 }
 
 fn unwrapped(
-    mesh: PolygonMesh,
-    mut options: Options,
+    mesh: TriangleMesh,
+    polygons: &Polygons,
+    options: &Options,
     backend: BackendName,
-    [wanted, forbidden]: &[Vec<[u32; 2]>; 2],
     signal: &Signal,
 ) -> Result<MeshOutput, Failure> {
-    let PolygonMesh {
-        mesh,
-        polygons,
-        diagonals,
-    } = mesh;
-    let edges = Edges::of(&mesh);
-    options.marks = Marks::new(&edges, wanted, forbidden).with_diagonals(&edges, &diagonals);
     let vertices = mesh.positions().len();
     let surface = Surface::Mesh(mesh);
     let Told {
         unwrapped,
         report,
         warnings,
-    } = Told::of(&surface, &options, backend, signal)?;
+    } = Told::of(&surface, options, backend, signal)?;
     let Unwrapped {
         uvs, seams, map, ..
     } = unwrapped;
@@ -132,10 +154,10 @@ fn unwrapped(
         return Err(Failure::Internal("a mesh has UVs of points".to_owned()));
     };
     let squares = squares(&options.parting);
-    let split = Split::at_seams(vertices, &polygons, &uvs);
+    let split = Split::at_seams(vertices, polygons, &uvs);
     Ok(MeshOutput {
         faces: FaceOutput::new(
-            &polygons,
+            polygons,
             &split,
             &charts(&in_a_row(&uvs, &options.parting, options.layout.tiles)?),
             squares.as_deref(),

@@ -10,13 +10,15 @@ use crate::failure::Failure;
 use crate::job::{Job, Output};
 use crate::settings::in_python;
 
-/// The job that lays the charts of the UVs of corners `[3 M, 2]` side by side in the unit square.
+/// The job that lays the charts of the UVs of corners `[3 M, 2]` side by side in the unit square, turned
+/// as `turns` says.
 #[pyfunction]
 pub fn pack(
     py: Python<'_>,
     uvs: PyReadonlyArray2<'_, f32>,
     margin: f64,
     resolution: u32,
+    turns: &str,
 ) -> PyResult<Job> {
     let config = LayoutConfig {
         margin,
@@ -27,6 +29,12 @@ pub fn pack(
         if let Some(problem) = config.problem() {
             return Err(Failure::Input(in_python(problem)));
         }
+        let turns = match turns {
+            "free" => Turns::Free,
+            "quarters" => Turns::Quarters,
+            "none" => Turns::None,
+            other => return Err(Failure::Input(format!("there are no turns {other:?}"))),
+        };
         let uvs = rows(&uvs)?;
         Job::start(move |_| {
             let options = PackOptions::new(margin, resolution);
@@ -34,7 +42,7 @@ pub fn pack(
                 &UvMap::of_corners(&uvs)?,
                 &[],
                 None,
-                Turns::Free,
+                turns,
                 &options,
             )?)
         })

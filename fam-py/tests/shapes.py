@@ -41,6 +41,20 @@ def torus(around: int = 24, across: int = 12) -> Mesh:
     return vertices.reshape(-1, 3), triangles(quads)
 
 
+def tube(around: int = 24, along: int = 6) -> Mesh:
+    """The side of a cylinder of triangles, around the z axis."""
+    u, z = np.meshgrid(
+        np.linspace(0, 2 * np.pi, around, endpoint=False),
+        np.linspace(0, 2, along + 1),
+        indexing="ij",
+    )
+    vertices = np.stack([np.cos(u), np.sin(u), z], axis=-1)
+    index = np.arange(u.size).reshape(u.shape)
+    right = np.roll(index, -1, axis=0)
+    quads = np.stack([index[:, :-1], right[:, :-1], right[:, 1:], index[:, 1:]], axis=-1)
+    return vertices.reshape(-1, 3), triangles(quads.reshape(-1, 4))
+
+
 def cube() -> tuple[npt.NDArray[np.float64], list[list[int]]]:
     """A cube of quads."""
     vertices = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)

@@ -59,22 +59,99 @@ def test_a_file_is_written_back_with_nothing_lost(tmp_path: Path) -> None:
         file.write(tmp_path / "no" / "folder.obj", layout)
 
 
+PROGRAM = [sys.executable, "-m", "flatten_anything"]
+
+
+def write_tube(path: Path) -> None:
+    """Vertices have a number, 0 on one side of the tube and 1 elsewhere."""
+    vertices, faces = shapes.tube()
+    lines = [
+        "ply",
+        "format ascii 1.0",
+        f"element vertex {len(vertices)}",
+        *(f"property double {axis}" for axis in "xyz"),
+        "property float side",
+        f"element face {len(faces)}",
+        "property list uchar int vertex_indices",
+        "end_header",
+        *(f"{x:.9f} {y:.9f} {z:.9f} {int(x < 0.7)}" for x, y, z in vertices),
+        *(f"3 {a} {b} {c}" for a, b, c in faces),
+    ]
+    path.write_text("\n".join(lines) + "\n")
+
+
+def write_parts(path: Path) -> None:
+    """A tube and a cube of other materials, the tube with a hard edge half-way."""
+    tube, tube_faces = shapes.tube()
+    cube, cube_faces = shapes.cube()
+    lines = [f"v {x:.9f} {y:.9f} {z:.9f}" for x, y, z in (*tube, *(cube + 5))]
+    lines += ["o tube", "usemtl skin"]
+    is_low = tube[tube_faces].mean(axis=1)[:, 2] < 1
+    for group, faces in enumerate((tube_faces[is_low], tube_faces[~is_low]), 1):
+        lines += [f"s {group}", *(f"f {a + 1} {b + 1} {c + 1}" for a, b, c in faces)]
+    lines += ["o cube", "usemtl metal", "s off"]
+    lines += ["f " + " ".join(str(v + len(tube) + 1) for v in face) for face in cube_faces]
+    path.write_text("\n".join(lines) + "\n")
+
+
+def test_options_on_files_are_those_of_the_program(tmp_path: Path) -> None:
+    write_tube(tmp_path / "tube.ply")
+    write_parts(tmp_path / "parts.obj")
+    for name in ("tube.ply", "parts.obj"):
+        first = fa.read(tmp_path / name)
+        uvs = np.array(fa.unwrap(first, distortion_bound=4.002).uvs)
+        if first.materials is not None:
+            uvs[first.materials == 1, :, 1] *= 0.5
+        first.write(tmp_path / f"first-{name}", uvs)
+    cases: list[tuple[str, list[str], dict[str, Any]]] = [
+        ("tube.ply", ["--paint", "side=2"], {"paint": "side", "paint_weight": 2}),
+        ("first-tube.ply", ["--selected", "side"], {"selected": "side"}),
+        ("parts.obj", ["--crease-weight", "9"], {"crease_weight": 9}),
+        ("first-parts.obj", ["--keep-seams"], {"keep_seams": True}),
+        ("first-parts.obj", ["--improve"], {"improve": True}),
+        ("first-parts.obj", ["--only", "metal"], {"only": ["metal"]}),
+        ("first-parts.obj", ["--only", "tube"], {"only": "tube"}),
+    ]
+    for name, arguments, options in cases:
+        call = [*PROGRAM, "unwrap", name, "-q", "-o", "out", *arguments]
+        subprocess.run(call, cwd=tmp_path, check=True)
+        file = fa.read(tmp_path / name)
+        file.write(tmp_path / f"own-{name}", fa.unwrap(file, **options))
+        own = (tmp_path / f"own-{name}").read_bytes()
+        assert own == (tmp_path / "out" / name).read_bytes(), options
+    file = fa.read(tmp_path / "first-parts.obj")
+    metal = fa.unwrap(file, only="metal", hard_angle=60)
+    assert file.materials is not None and file.uvs is not None
+    is_same = (np.asarray(metal.uvs) == file.uvs).all(axis=(1, 2))
+    assert is_same[file.materials == 0].all() and not is_same[file.materials == 1].any()
+    bare = fa.read(tmp_path / "parts.obj")
+    for one, options, message in [
+        (bare, {"keep_seams": True}, "no texture coordinates on all of the faces"),
+        (bare, {"only": "metal"}, "no texture coordinates on all of the faces"),
+        (file, {"only": "hair"}, "no material or object `hair`; there are skin, metal"),
+        (file, {"paint": "side"}, "no attribute `side`"),
+        (file, {"selected": [True]}, "selected is the name of an attribute"),
+        (file, {"uvs": file.uvs, "keep_seams": True}, "a file has its own faces"),
+    ]:
+        with pytest.raises(fa.InputError, match=message):
+            fa.unwrap(one, **options)
+
+
 def test_the_program_writes_the_same_bytes(tmp_path: Path) -> None:
-    program = [sys.executable, "-m", "flatten_anything"]
     vertices, faces = shapes.torus()
     lines = [f"v {x:.9f} {y:.9f} {z:.9f}" for x, y, z in vertices]
     lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in faces]
     path = tmp_path / "torus.obj"
     path.write_text("\n".join(lines) + "\n")
-    call = [*program, "unwrap", "torus.obj", "-q", "-o", "out"]
+    call = [*PROGRAM, "unwrap", "torus.obj", "-q", "-o", "out"]
     subprocess.run(call, cwd=tmp_path, check=True)
     file = fa.read(path)
     fa.write(tmp_path / "own.obj", file, fa.unwrap(file))
     written = (tmp_path / "out" / "torus.obj").read_bytes()
     assert (tmp_path / "own.obj").read_bytes() == written
-    bad = subprocess.run([*program, "unwrap", "none.obj"], cwd=tmp_path, capture_output=True)
+    bad = subprocess.run([*PROGRAM, "unwrap", "none.obj"], cwd=tmp_path, capture_output=True)
     assert bad.returncode == 2 and bad.stderr.startswith(b"fam: none.obj")
-    assert subprocess.run([*program, "--version"], capture_output=True).returncode == 0
+    assert subprocess.run([*PROGRAM, "--version"], capture_output=True).returncode == 0
 
 
 def test_trimesh_meshes_go_there_and_back() -> None:
@@ -106,6 +183,7 @@ def test_options_of_trimesh_meshes_are_those_of_arrays() -> None:
         {"objects": halves},
         {"materials": halves},
         {"distortion_bound": 4.02},
+        {"paint": mesh.vertices[:, 2]},
     ):
         given = fa.from_trimesh(mesh, **options)
         expected = fa.unwrap(mesh.vertices, mesh.faces, **options)
@@ -123,6 +201,20 @@ def test_options_of_trimesh_meshes_are_those_of_arrays() -> None:
     for other in (trimesh.Scene(mesh), trimesh.PointCloud(mesh.vertices)):
         with pytest.raises(fa.InputError, match="takes a Trimesh, not a (Scene|PointCloud)"):
             fa.from_trimesh(other)
+
+
+def test_uvs_of_trimesh_meshes_are_kept() -> None:
+    mesh = trimesh.Trimesh(*shapes.torus(12, 6), process=False)
+    halves = mesh.triangles_center[:, 0] > 0
+    with pytest.raises(fa.InputError, match="the mesh has no UVs"):
+        fa.from_trimesh(mesh, selected=halves)
+    first = fa.from_trimesh(mesh)
+    flat = fa.to_trimesh(mesh, first)
+    again = fa.from_trimesh(flat, selected=halves)
+    assert (again.uvs[~halves] == first.uvs[~halves]).all()
+    assert (again.uvs[halves] != first.uvs[halves]).any()
+    kept = fa.from_trimesh(flat, keep_seams=True)
+    assert kept.metrics["seam_length"] == pytest.approx(first.metrics["seam_length"])
 
 
 def test_materials_of_trimesh_faces_have_squares_of_their_own() -> None:
@@ -224,6 +316,13 @@ def test_charts_are_packed() -> None:
     before, after = (fa.measure(vertices, faces, uvs) for uvs in (layout.uvs, packed.uvs))
     assert after["overlapping_pairs"] == 0 and after["charts"] == before["charts"]
     assert after["symmetric_dirichlet"] == pytest.approx(before["symmetric_dirichlet"], abs=1e-4)
+    # Not turned at all: every chart was enlarged and moved.
+    upright = fa.pack(scattered, turns="none").uvs
+    sides, old = (np.roll(uvs, -1, axis=1) - uvs for uvs in (upright, layout.uvs))
+    scale = np.abs(sides).sum() / np.abs(old).sum()
+    assert np.allclose(sides, scale * old, atol=1e-5)
+    with pytest.raises(fa.InputError, match="there are no turns"):
+        fa.pack(scattered, turns="some")  # type: ignore[arg-type]
     with pytest.raises(fa.InputError, match="uvs must have the shape"):
         fa.pack(layout.vertex_uvs)
     for options in ({"margin": -5}, {"resolution": 3}, {"margin": float("nan")}):

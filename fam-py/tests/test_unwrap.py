@@ -70,6 +70,92 @@ def test_options_are_kept() -> None:
     assert quick.warnings[0] == "finishing was stopped early"
 
 
+def test_seams_are_where_nobody_painted() -> None:
+    vertices, faces = shapes.tube()
+    towards = vertices[:, 0] * 0.6 + vertices[:, 1] * 0.8
+    layout = fa.unwrap(vertices, faces, paint=towards < 0.9, paint_weight=2)
+    assert len(layout.seams) > 0 and (towards[layout.seams] > 0.89).all()
+    away = fa.unwrap(vertices, faces, paint=towards > -0.9)
+    assert (towards[away.seams] < -0.89).all()
+    without = fa.unwrap(vertices, faces)
+    idle = fa.unwrap(vertices, faces, paint=towards > -0.9, paint_weight=0)
+    assert (idle.uvs == without.uvs).all()
+
+
+def seam_set(layout: fa.Layout) -> set[frozenset[int]]:
+    return {frozenset(seam.tolist()) for seam in layout.seams}
+
+
+def test_seams_that_are_there_are_kept() -> None:
+    vertices, faces = shapes.torus()
+    first = fa.unwrap(vertices, faces, distortion_bound=4.01)
+    kept = fa.unwrap(vertices, faces, uvs=first.uvs, keep_seams=True)
+    assert seam_set(kept) == seam_set(first) != seam_set(fa.unwrap(vertices, faces))
+    assert (kept.charts == first.charts).all() and (kept.uvs != first.uvs).any()
+
+
+def test_charts_that_are_fine_stay_and_others_are_improved() -> None:
+    vertices, faces = shapes.torus()
+    both = np.concatenate([vertices, vertices + np.array([5, 0, 0])])
+    all_faces = np.concatenate([faces, faces + len(vertices)])
+    uvs = np.float32(0.9) * np.array(fa.unwrap(both, all_faces).uvs)
+    uvs[: len(faces), :, 1] *= 0.5
+    better = fa.unwrap(both, all_faces, uvs=uvs, improve=True)
+    assert (better.uvs[len(faces) :] == uvs[len(faces) :]).all()
+    assert better.metrics["overlapping_pairs"] == better.metrics["flipped_triangles"] == 0
+    own = fa.measure(vertices, faces, better.uvs[: len(faces)])
+    before = fa.measure(vertices, faces, uvs[: len(faces)])
+    assert own["symmetric_dirichlet"] < 4.1 < before["symmetric_dirichlet"]
+    assert own["seam_length"] == pytest.approx(before["seam_length"])
+
+
+def test_faces_that_are_not_selected_keep_their_uvs() -> None:
+    vertices, faces = shapes.torus()
+    first = fa.unwrap(vertices, faces)
+    selected = vertices[faces].mean(axis=1)[:, 0] > 0
+    layout = fa.unwrap(vertices, faces, uvs=first.uvs, selected=selected)
+    assert (layout.uvs[~selected] == first.uvs[~selected]).all()
+    assert (layout.uvs[selected] != first.uvs[selected]).any()
+    assert layout.metrics["overlapping_pairs"] == layout.metrics["flipped_triangles"] == 0
+    # Polygons, of one number of corners and of several.
+    corners, quads = shapes.cube()
+    ragged = [quads[0][:3], [quads[0][0], *quads[0][2:]], *quads[1:]]
+    for polygons in (quads, ragged):
+        whole = fa.unwrap(corners, polygons, hard_angle=60)
+        last = np.arange(len(polygons)) == len(polygons) - 1
+        part = fa.unwrap(corners, polygons, uvs=whole.uvs, selected=last)
+        assert len(part.uvs) == len(polygons)
+        same = [(one == other).all() for one, other in zip(part.uvs, whole.uvs, strict=True)]
+        assert same[:-1] == [True] * (len(polygons) - 1)
+        assert part.metrics["overlapping_pairs"] == 0
+
+
+def test_uvs_that_cannot_be_kept_are_named() -> None:
+    vertices, faces = shapes.torus()
+    uvs = np.array(fa.unwrap(vertices, faces).uvs)
+    none, some = np.zeros(len(faces), dtype=bool), np.arange(len(faces)) < 9
+    broken = np.where(np.arange(len(vertices)) == 5, np.nan, 0.0)
+    cases = [
+        ({"keep_seams": True}, "need uvs"),
+        ({"uvs": uvs}, "need uvs"),
+        ({"uvs": uvs[1:], "keep_seams": True}, r"uvs must have the shape \[576, 3, 2\]"),
+        ({"uvs": uvs * np.nan, "keep_seams": True}, "texture coordinate"),
+        ({"uvs": uvs, "selected": none}, "no face is selected"),
+        ({"uvs": uvs, "selected": some[1:]}, "selected must be True or False for each"),
+        ({"uvs": uvs, "selected": "_SELECTED"}, "selected must be True or False for each"),
+        ({"uvs": uvs, "selected": some, "improve": True}, "improve goes without"),
+        ({"uvs": uvs, "seams": [[0, 1]], "improve": True}, "improve goes without"),
+        ({"uvs": uvs, "selected": some, "method": "neural"}, "by the direct method only"),
+        ({"only": "skin"}, "only is for files"),
+        ({"paint": some}, "paint must be one number for each of the 288 vertices"),
+        ({"paint": broken}, r"paint\[5\] is not a finite number"),
+        ({"paint_weight": -1}, "paint_weight must lie"),
+    ]
+    for given, message in cases:
+        with pytest.raises(fa.InputError, match=message):
+            fa.unwrap(vertices, faces, **given)
+
+
 def test_meshes_share_a_square() -> None:
     meshes = [shapes.sheet(), shapes.torus(), shapes.cube()]
     layouts = fa.unwrap_meshes(meshes)

@@ -126,6 +126,48 @@ def per_face(of: npt.ArrayLike | None, count: int, name: str) -> list[int] | Non
     return found
 
 
+def flags(of: npt.ArrayLike, count: int, name: str) -> list[bool]:
+    """Return True or False for every face."""
+    array = _array(of, name)
+    if array.dtype.kind != "b" or array.shape != (count,):
+        raise InputError(f"{name} must be True or False for each of the {count} faces")
+    found: list[bool] = array.tolist()
+    return found
+
+
+def per_vertex(of: npt.ArrayLike, count: int, name: str) -> Floats:
+    """Return a finite number for every vertex."""
+    array = _array(of, name)
+    array = numbers(array.astype(float) if array.dtype.kind == "b" else array, name)
+    if array.shape != (count,):
+        raise InputError(f"{name} must be one number for each of the {count} vertices")
+    if not np.isfinite(array).all():
+        bad = int(np.flatnonzero(~np.isfinite(array))[0])
+        raise InputError(f"{name}[{bad}] is not a finite number")
+    return array
+
+
+def face_uvs(of: Any, faces: Faces, name: str = "uvs") -> Singles:
+    """Return UVs `[C, 2]` of all corners, of those of faces: `[M, K, 2]`, or a list of `[K, 2]`."""
+    if faces.width is None:
+        if not isinstance(of, Sequence):
+            raise InputError(f"{name} must be a sequence: UVs [K, 2] for each face")
+        parts = [numbers(part, name) for part in of]
+        sizes = [] if faces.sizes is None else faces.sizes.tolist()
+        if [part.shape for part in parts] != [(size, 2) for size in sizes]:
+            raise InputError(f"{name} must have UVs [K, 2] for each of the {len(faces)} faces")
+        joined = np.concatenate(parts)
+    else:
+        array = numbers(of, name)
+        expected = (len(faces), faces.width, 2)
+        if array.shape != expected:
+            raise InputError(
+                f"{name} must have the shape {list(expected)}, not {list(array.shape)}"
+            )
+        joined = array.reshape(-1, 2)
+    return np.require(joined, np.float32, ["C", "A"])
+
+
 def corner_uvs(of: npt.ArrayLike, triangles: int | None, name: str = "uvs") -> Singles:
     """Return UVs of the corners of triangles `[M, 3, 2]` as `[3 M, 2]`."""
     array = numbers(of, name)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy.typing as npt
 
@@ -46,15 +46,22 @@ class Packed:
     """Texels that are free between charts: less than asked for where there is no room."""
 
 
-def pack(uvs: npt.ArrayLike, *, margin: float = 4.0, resolution: int = 2048) -> Packed:
+def pack(
+    uvs: npt.ArrayLike,
+    *,
+    margin: float = 4.0,
+    resolution: int = 2048,
+    turns: Literal["free", "quarters", "none"] = "free",
+) -> Packed:
     """Lay charts side by side in the unit square, each as large against others as it was.
 
     Arguments:
     - `uvs`: of the corners of triangles `[M, 3, 2]`. Those with an edge in common are one chart.
     - `margin`: texels between charts, of a square of `resolution` texels.
+    - `turns`: how charts may be turned: by any angle, by right angles (`quarters`), or not at all.
 
     """
     of_corners = _arrays.corner_uvs(uvs, None)
-    job = _native.pack(of_corners, number("margin", margin), whole("resolution", resolution))
+    job = _native.pack(of_corners, number("margin", margin), whole("resolution", resolution), turns)
     placed, coverage, kept = wait(job, None)
     return Packed(placed.reshape(-1, 3, 2), coverage, kept)

@@ -1,7 +1,7 @@
 """The native part. It takes checked, contiguous arrays."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +13,12 @@ _Singles = npt.NDArray[np.float32]
 _Indices = npt.NDArray[np.uint32]
 
 __version__: str
+
+class Asked(TypedDict):
+    seams: _Indices
+    no_seams: _Indices
+    keep_seams: bool
+    improve: bool
 
 class Job:
     def wait(self, seconds: float) -> bool: ...
@@ -68,14 +74,22 @@ def unwrap(
     sizes: _Indices | None,
     objects: list[int] | None,
     materials: list[int] | None,
-    wanted: _Indices,
-    forbidden: _Indices,
+    uvs: _Singles | None,
+    selected: list[bool] | None,
+    paint: _Floats | None,
+    asked: Asked,
     settings: Options,
 ) -> Job: ...
 def unwrap_file(
-    file: File, per_material: bool, wanted: _Indices, forbidden: _Indices, settings: Options
+    file: File,
+    per_material: bool,
+    only: list[str],
+    selected: str | None,
+    paint: str | None,
+    asked: Asked,
+    settings: Options,
 ) -> Job: ...
 def unwrap_points(points: _Floats, normals: _Floats | None, settings: Options) -> Job: ...
 def measure(positions: _Floats, triangles: _Indices, uvs: _Singles) -> Job: ...
-def pack(uvs: _Singles, margin: float, resolution: int) -> Job: ...
+def pack(uvs: _Singles, margin: float, resolution: int, turns: str) -> Job: ...
 def run_program(program: list[str], arguments: list[str]) -> int: ...

@@ -25,8 +25,14 @@ def unwrap(
     *,
     seams: npt.ArrayLike | None = None,
     no_seams: npt.ArrayLike | None = None,
+    paint: npt.ArrayLike | None = None,
     objects: npt.ArrayLike | None = None,
     materials: npt.ArrayLike | bool | None = None,
+    uvs: npt.ArrayLike | Sequence[npt.ArrayLike] | None = None,
+    keep_seams: bool = False,
+    improve: bool = False,
+    only: str | Sequence[str] = (),
+    selected: npt.ArrayLike | None = None,
     progress: Observer | None = None,
     **options: Unpack[Options],
 ) -> Layout:
@@ -37,40 +43,92 @@ def unwrap(
     - `faces`: `[M, K]` with K ≥ 3, or a sequence of faces of any number of corners.
     - `seams`: edges `[K, 2]` by their vertices, along which the mesh is cut.
     - `no_seams`: edges along which it is cut only where there is no other way.
+    - `paint`: a number for each vertex, from 0, where seams are welcome, to 1, where they are
+      avoided as far as `paint_weight` says. Of a file, the name of an attribute of its vertices: a
+      property of PLY, an attribute of glTF such as `COLOR_0`, or `color` of OBJ.
     - `objects`: an integer for each face; faces of different objects are in different charts.
     - `materials`: an integer for each face; each material has a UV square of its own. Of a file,
       True takes its materials.
     - `progress`: is called about ten times a second; what it raises cancels.
     - `options`: those of `Options`.
 
+    Some of the UVs that the mesh already has can be kept, by the direct method:
+    - `uvs`: these, of the corners of every face: `[M, K, 2]`, or a sequence of `[K, 2]` where not
+      all have K corners. A file has its own.
+    - `keep_seams`: their seams stay, and there are no others unless there is no other way. The
+      charts are flattened anew.
+    - `improve`: charts stay as they are that are within `distortion_bound`, and have neither
+      flipped triangles nor overlaps. The others are flattened anew along the same seams, and
+      placed beside them.
+    - `selected`: True or False for each face. Faces with False keep their UVs; the others are cut,
+      flattened and placed beside them. Of a file, the name of an attribute: faces are selected of
+      whose vertices all have more than 0.5 of it.
+    - `only`: of a file, materials and objects by name, which are selected, too.
+
     Raises `InputError` for arrays and options that make no sense.
 
     """
     settings = complete(options)
+    others = (seams, no_seams, selected)
+    if improve and (keep_seams or only or any(one is not None for one in others)):
+        raise InputError("improve goes without seams, no_seams, keep_seams, selected and only")
     if isinstance(vertices, File):
-        file = vertices
-        if faces is not None or objects is not None or not isinstance(materials, bool | None):
-            raise InputError("a file has its own faces and objects; materials is True or False")
-        count = len(file.vertices)
-        wanted = _arrays.edges(seams, count, "seams")
-        forbidden = _arrays.edges(no_seams, count, "no_seams")
-        job = _native.unwrap_file(file._native, materials is True, wanted, forbidden, settings)
+        positions = vertices.vertices
+    else:
+        positions = _arrays.points(vertices, "vertices")
+    asked: _native.Asked = {
+        "seams": _arrays.edges(seams, len(positions), "seams"),
+        "no_seams": _arrays.edges(no_seams, len(positions), "no_seams"),
+        "keep_seams": bool(keep_seams),
+        "improve": bool(improve),
+    }
+    names = [only] if isinstance(only, str) else list(only)
+    if isinstance(vertices, File):
+        is_own = faces is None and objects is None and uvs is None
+        if not is_own or not isinstance(materials, bool | None):
+            raise InputError(
+                "a file has its own faces, objects and uvs; materials is True or False"
+            )
+        job = _native.unwrap_file(
+            vertices._native,
+            materials is True,
+            names,
+            _attribute(selected, "selected"),
+            _attribute(paint, "paint"),
+            asked,
+            settings,
+        )
         return layout_of(wait(job, progress), 3)
-    positions = _arrays.points(vertices, "vertices")
     if faces is None:
         raise InputError("a mesh has faces; a cloud of points takes unwrap_points")
+    if names:
+        raise InputError("only is for files, which have names; selected is for arrays")
     given = _arrays.faces(faces, len(positions))
+    if (uvs is not None) != (keep_seams or improve or selected is not None):
+        raise InputError("keep_seams, improve and selected need uvs, and nothing else does")
+    chosen = None if selected is None else _arrays.flags(selected, len(given), "selected")
+    if chosen is not None and not any(chosen):
+        raise InputError("no face is selected")
     job = _native.unwrap(
         positions,
         given.corners,
         given.sizes,
         _arrays.per_face(objects, len(given), "objects"),
         _arrays.per_face(materials, len(given), "materials"),
-        _arrays.edges(seams, len(positions), "seams"),
-        _arrays.edges(no_seams, len(positions), "no_seams"),
+        None if uvs is None else _arrays.face_uvs(uvs, given, "uvs"),
+        chosen,
+        None if paint is None else _arrays.per_vertex(paint, len(positions), "paint"),
+        asked,
         settings,
     )
     return layout_of(wait(job, progress), given.width)
+
+
+def _attribute(name: npt.ArrayLike | None, option: str) -> str | None:
+    """Return the name of an attribute of a file."""
+    if name is None or isinstance(name, str):
+        return name
+    raise InputError(f"{option} is the name of an attribute of the file")
 
 
 def unwrap_meshes(
@@ -107,8 +165,10 @@ def unwrap_meshes(
         np.concatenate(sizes),
         objects,
         None,
-        none,
-        none,
+        None,
+        None,
+        None,
+        {"seams": none, "no_seams": none, "keep_seams": False, "improve": False},
         settings,
     )
     found = wait(job, progress)

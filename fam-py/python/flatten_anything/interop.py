@@ -20,15 +20,20 @@ def from_trimesh(
     *,
     seams: npt.ArrayLike | None = None,
     no_seams: npt.ArrayLike | None = None,
+    paint: npt.ArrayLike | None = None,
     objects: npt.ArrayLike | None = None,
     materials: npt.ArrayLike | bool | None = None,
+    keep_seams: bool = False,
+    improve: bool = False,
+    selected: npt.ArrayLike | None = None,
     progress: Observer | None = None,
     **options: Unpack[Options],
 ) -> Layout:
     """Return a layout of a `trimesh.Trimesh`.
 
     Arguments are those of `unwrap`. With `materials` true, each material of the mesh has a UV
-    square of its own, as `visual.face_materials` says.
+    square of its own, as `visual.face_materials` says. With `keep_seams`, `improve` and `selected`,
+    the UVs that are kept are those of `visual.uv`.
 
     A `trimesh.Scene` has several meshes, which share a square like this:
 
@@ -44,13 +49,24 @@ def from_trimesh(
         raise InputError(f"from_trimesh takes a Trimesh, not a {type(mesh).__name__}")
     if isinstance(materials, bool):
         materials = getattr(mesh.visual, "face_materials", None) if materials else None
+    uvs = None
+    if keep_seams or improve or selected is not None:
+        of_vertices = getattr(mesh.visual, "uv", None)
+        if of_vertices is None:
+            raise InputError("the mesh has no UVs of which some could be kept")
+        uvs = np.asarray(of_vertices)[mesh.faces]
     return unwrap(
         mesh.vertices,
         mesh.faces,
         seams=seams,
         no_seams=no_seams,
+        paint=paint,
         objects=objects,
         materials=materials,
+        uvs=uvs,
+        keep_seams=keep_seams,
+        improve=improve,
+        selected=selected,
         progress=progress,
         **options,
     )
