@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The operator: from the faces in edit mode to their UVs, in the background."""
 
+import math
 from concurrent.futures import CancelledError
 
 import bpy
@@ -10,6 +11,9 @@ from . import meshes, packing
 
 #: Seconds between two looks at a computation.
 INTERVAL = 0.1
+
+#: What is up in Blender.
+UP = (0.0, 0.0, 1.0)
 
 #: What goes on to other handlers while it runs: looking around.
 NAVIGATION = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "MOUSEMOVE", "WINDOW_DEACTIVATE"}
@@ -106,6 +110,77 @@ class UV_OT_flatten_anything(bpy.types.Operator):
         default=0,
         min=0,
     )
+    hide_seams: bpy.props.FloatProperty(
+        name="Hide Seams",
+        description="Cut where little is seen: in folds, behind parts that lie before others. At 1 "
+        "a seam in full view costs eleven times as much as a hidden one. Higher makes longer seams",
+        default=0.0,
+        min=0.0,
+        soft_max=2.0,
+        subtype="FACTOR",
+    )
+    hard_angle: bpy.props.FloatProperty(
+        name="Hard Angle",
+        description="Cut all edges at which the surface turns by at least so much, as baked normal "
+        "maps like it; 0 for none",
+        default=0.0,
+        min=0.0,
+        max=math.pi,
+        subtype="ANGLE",
+    )
+    symmetry: bpy.props.EnumProperty(
+        name="Symmetry",
+        description="Lay out mirror images as mirror images",
+        items=[
+            ("off", "Off", "Pay no heed to symmetry"),
+            ("auto", "Automatic", "Find the plane of symmetry, whatever its direction"),
+            ("x", "X", "Across the world's x axis"),
+            ("y", "Y", "Across the world's y axis"),
+            ("z", "Z", "Across the world's z axis"),
+        ],
+        default="off",
+    )
+    stack: bpy.props.EnumProperty(
+        name="Stack",
+        description="Let equal parts share their place in the square",
+        items=[
+            ("none", "None", "Every part has a place of its own"),
+            ("identical", "Identical", "Parts that are equal share one"),
+            (
+                "mirrored",
+                "Mirrored",
+                "Mirror images as well, which are mirrored in the square then",
+            ),
+        ],
+        default="none",
+    )
+    straighten: bpy.props.BoolProperty(
+        name="Straighten",
+        description="Make charts that are nearly rectangles or strips, such as pipes, straight "
+        "along the axes, within the distortion bound",
+        default=False,
+    )
+    upright: bpy.props.BoolProperty(
+        name="Upright",
+        description="Turn every chart so that the world's z axis is up in the image",
+        default=False,
+    )
+    coverage_weight: bpy.props.FloatProperty(
+        name="Fill Square",
+        description="Divide long and hooked charts where the square is filled so much better that "
+        "it pays for the seam. Higher divides more of them",
+        default=0.0,
+        min=0.0,
+        soft_max=4.0,
+        subtype="FACTOR",
+    )
+    tiles: bpy.props.IntProperty(
+        name="UDIM Tiles",
+        description="Spread the charts over so many tiles of the image's size",
+        default=1,
+        min=1,
+        max=100,
+    )
     margin: bpy.props.FloatProperty(
         name="Margin", description="Pixels between charts", default=4.0, min=0.0, soft_max=64.0
     )
@@ -141,7 +216,7 @@ class UV_OT_flatten_anything(bpy.types.Operator):
             (
                 "pack",
                 "Pack Together",
-                "Pack their charts and the new ones into the square, all at the same texel "
+                "Pack their charts and the new ones into one square, all at the same texel "
                 "density. Their charts are moved, turned and scaled, and keep their shapes",
             ),
         ],
@@ -175,10 +250,20 @@ class UV_OT_flatten_anything(bpy.types.Operator):
         if not parts:
             self.report({"ERROR"}, "No faces are selected")
             return None
+        degrees = math.degrees(self.hard_angle)
         options = {
             "method": self.method,
             "distortion_bound": self.distortion_bound,
             "max_charts": self.max_charts or None,
+            "hide_seams": self.hide_seams,
+            # A float of Blender's is a little more than a straight angle.
+            "hard_angle": min(degrees, 180.0) if degrees >= 1 else None,
+            "symmetry": self.symmetry,
+            "stack": self.stack,
+            "straighten": self.straighten,
+            "upright": UP if self.upright else None,
+            "coverage_weight": self.coverage_weight,
+            "tiles": self.tiles,
             "margin": min(self.margin, self.resolution / 4),
             "resolution": self.resolution,
         }

@@ -10,6 +10,7 @@ LINE = 1e-4
 def unwrapped(parts, vertices, triangles, *, margin, resolution, **options):
     """Unwrap triangles, and pack their charts with those of the other triangles of the parts.
 
+    Charts that are upright are not turned when they are packed, and straight ones by right angles.
     Returns the layout, the UVs `[M, 3, 2]` of the triangles and `[O, 3, 2]` of the others, and
     warnings.
     """
@@ -29,13 +30,20 @@ def unwrapped(parts, vertices, triangles, *, margin, resolution, **options):
         np.concatenate([np.zeros(len(triangles), dtype=int), 1 + charts_of_others(parts)]),
         margin,
         resolution,
+        _turns(options),
     )
     if free < margin:
         warnings.append(f"with other charts the margin is {free:.2f} pixels instead of {margin:g}")
     return layout, uvs[: len(triangles)], uvs[len(triangles) :], warnings
 
 
-def packed(positions, uvs, charts, margin, resolution):
+def _turns(options):
+    if options.get("upright"):
+        return "none"
+    return "quarters" if options.get("straighten") else "free"
+
+
+def packed(positions, uvs, charts, margin, resolution, turns):
     """Pack charts into one square, all with as many texels for an area.
 
     Takes positions `[M, 3, 3]` and UVs `[M, 3, 2]` of the corners of triangles, and the chart of
@@ -55,7 +63,7 @@ def packed(positions, uvs, charts, margin, resolution):
     apart -= (sums / counts[:, None])[cells, None]
     places = np.column_stack(np.divmod(cells, np.ceil(np.sqrt(len(counts)))))
     apart += 3 * np.abs(apart).max() * places[:, None]
-    found = flatten_anything.pack(apart, margin=margin, resolution=resolution)
+    found = flatten_anything.pack(apart, margin=margin, resolution=resolution, turns=turns)
     placed = uvs.copy()
     placed[has_area] = found.uvs
     return placed, found.margin

@@ -90,6 +90,92 @@ def test_objects_share_one_square_and_linked_duplicates_one_layout() -> None:
     is_valid(scenes.measured(monkey.data, torus.data))
 
 
+def test_seams_mirror_on_a_symmetric_mesh() -> None:
+    def seams_and_images(**options):
+        monkey = scenes.monkey()
+        mesh = monkey.data
+        assert scenes.unwrap(monkey, mark_seams=True, **options) == {"FINISHED"}
+        is_valid(scenes.measured(mesh))
+        ends = [
+            [mesh.vertices[v].co for v in edge.vertices] for edge in mesh.edges if edge.use_seam
+        ]
+        middles = [np.round((a + b) / 2, 4) + 0.0 for a, b in ends]
+        return [{tuple(of * (sign, 1, 1) + 0.0) for of in middles} for sign in (1, -1)]
+
+    for symmetry in ("auto", "x"):
+        seams, images = seams_and_images(symmetry=symmetry)
+        assert seams and seams == images
+    seams, images = seams_and_images()
+    assert seams != images
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_seams_are_hidden_by_a_wall(side: int) -> None:
+    bpy.ops.mesh.primitive_cylinder_add(end_fill_type="NOTHING")
+    tube = scenes.active()
+    bpy.ops.mesh.primitive_plane_add(
+        size=8, location=(0, 1.1 * side, 0), rotation=(np.pi / 2, 0, 0)
+    )
+    wall = scenes.active()
+    assert scenes.unwrap(tube, wall, mark_seams=True, hide_seams=1.0) == {"FINISHED"}
+    is_valid(scenes.measured(tube.data, wall.data))
+    marked = [edge.vertices for edge in tube.data.edges if edge.use_seam]
+    assert marked
+    assert all(tube.data.vertices[v].co.y * side > 0.3 for ends in marked for v in ends)
+
+
+def test_hard_edges_are_cut_and_sides_stand_upright() -> None:
+    bpy.ops.mesh.primitive_cube_add(rotation=(0, 0, 0.3))
+    cube = scenes.active()
+    mesh = cube.data
+    is_side = np.repeat([abs(face.normal.z) < 0.5 for face in mesh.polygons], 4)
+    zs = np.array([mesh.vertices[loop.vertex_index].co.z for loop in mesh.loops])[is_side]
+    options = {"hard_angle": np.radians(60), "upright": True}
+    assert scenes.unwrap(cube, **options) == {"FINISHED"}
+    assert scenes.measured(mesh)["charts"] == 6
+    sides = scenes.uvs(mesh)[is_side].reshape(-1, 4, 2)
+    up = (zs > 0).reshape(-1, 4)
+    for face, is_up in zip(sides, up, strict=True):
+        assert face[is_up, 1].min() > face[~is_up, 1].max() + 0.1
+    # Packed with another face, they still do.
+    scenes.edit(cube)
+    scenes.select(mesh, lambda face: face.normal.z < 0.5)
+    assert bpy.ops.uv.flatten_anything(other_faces="pack", **options) == {"FINISHED"}
+    scenes.leave()
+    is_valid(scenes.measured(mesh))
+    for face, is_up in zip(scenes.uvs(mesh)[is_side].reshape(-1, 4, 2), up, strict=True):
+        assert np.ptp(face[is_up, 1]) < 1e-5 and np.ptp(face[~is_up, 1]) < 1e-5
+        assert face[is_up, 1].min() > face[~is_up, 1].max()
+    assert scenes.unwrap(cube, hard_angle=np.pi) == {"FINISHED"}
+    assert scenes.measured(mesh)["charts"] < 6
+
+
+def test_equal_objects_are_stacked_and_others_spread_over_tiles() -> None:
+    grids = [scenes.grid(1, location=(3 * k, 0, 0)) for k in range(4)]
+    assert scenes.unwrap(*grids, stack="identical") == {"FINISHED"}
+    first, *others = [scenes.uvs(one.data) for one in grids]
+    assert all((found == first).all() for found in others)
+    assert np.ptp(first, axis=0).max() > 0.9
+    assert scenes.unwrap(*grids, tiles=4) == {"FINISHED"}
+    tiles = [np.floor(scenes.uvs(one.data)) for one in grids]
+    assert all((tile == tile[0]).all() for tile in tiles)
+    assert sorted(tile[0, 0] for tile in tiles) == [0, 1, 2, 3]
+
+
+def test_options_of_shapes_reach_the_layout(monkeypatch) -> None:
+    import flatten_anything as fa
+
+    unwrap, given = fa.unwrap, []
+    monkeypatch.setattr(fa, "unwrap", lambda *a, **k: given.append(k) or unwrap(*a, **k))
+    monkey = scenes.monkey()
+    options = {"straighten": True, "coverage_weight": 2.0, "stack": "mirrored"}
+    assert scenes.unwrap(monkey, **options) == {"FINISHED"}
+    assert given[0].items() >= options.items()
+    metrics = scenes.measured(monkey.data)
+    # One eye lies on the other.
+    assert metrics["overlapping_pairs"] == metrics["stacked_pairs"] > 0
+
+
 def test_only_selected_faces_change() -> None:
     monkey = scenes.monkey()
     mesh = monkey.data
