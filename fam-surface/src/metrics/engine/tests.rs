@@ -236,7 +236,7 @@ fn charts_on_one_place_are_wrong_in_lightmaps_and_told_of_textures() {
     let shifted = other.moved(3, [[b[0], b[1] + 0.01], c, d, a]);
     let kinds = shifted.kinds(&TEXTURE);
     assert!(
-        kinds.contains(&(Kind::Overlapping, Severity::Warning)),
+        kinds.contains(&(Kind::Overlapping, Severity::Error)),
         "{kinds:?}"
     );
 }
