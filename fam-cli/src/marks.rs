@@ -3,10 +3,10 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use fam::present_seams;
 use fam_io::Document;
 use fam_io::marks::MarkedEdges;
 use fam_layout::Marks;
+use fam_surface::metrics::present_seams;
 use fam_surface::{Edges, Surface, TriangleMesh};
 
 use crate::args::Unwrap;

@@ -14,7 +14,7 @@ use fam_io::picture::{Flattened, Seams, encode_png, preview_picture};
 use fam_layout::{
     Beside, LayoutConfig, Marks, MeshInput, MeshLayout, Stack, Symmetry, Turns, lay_out, repacked,
 };
-use fam_surface::metrics::{Metrics, seam_edges, seam_visibility};
+use fam_surface::metrics::{Metrics, present_seams, seam_edges, seam_visibility};
 use fam_surface::occlusion::Occluders;
 use fam_surface::{Component, Components, Edges, Surface, TriangleMesh, UvMap, shapes, symmetry};
 use image::{RgbImage, imageops};
@@ -277,22 +277,17 @@ fn kept_seams(folder: &Path) -> Result<(), Box<dyn Error>> {
     let good = laid_out(&mesh, &Marks::default(), &config)?.uvs;
     let stretched = |[u, v]: [f32; 2]| [u, 0.3 * v + 0.7 * v * v];
     let before = mapped(&good, &mesh, |_, q| stretched(q))?;
-    let marks = as_cut(&mesh, &seam_edges(&mesh, &before)?);
+    let marks = as_cut(&mesh, &before)?;
     let after = laid_out(&mesh, &marks, &config)?.uvs;
     write(folder, "keep-seams", &mesh, &before, &after)?;
     println!("keep-seams (--keep-seams)");
     Ok(())
 }
 
-/// Marks by which a mesh is cut along some edges and along no other.
-fn as_cut(mesh: &TriangleMesh, seams: &[[u32; 2]]) -> Marks {
-    let seams: HashSet<[u32; 2]> = seams.iter().copied().collect();
-    let all = mesh.triangles().iter();
-    let sides = all.flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-    let (wanted, forbidden): (Vec<[u32; 2]>, Vec<[u32; 2]>) = sides
-        .map(|[a, b]| [a.min(b), a.max(b)])
-        .partition(|edge| seams.contains(edge));
-    Marks::new(&Edges::of(mesh), &wanted, &forbidden)
+/// Marks by which a mesh is cut where a map cuts it, and nowhere else.
+fn as_cut(mesh: &TriangleMesh, uvs: &UvMap) -> Result<Marks, Box<dyn Error>> {
+    let [seams, others] = present_seams(mesh, uvs)?;
+    Ok(Marks::new(&Edges::of(mesh), &seams, &others))
 }
 
 /// Parts, the largest of which is stretched, and this flattened anew beside the others, which stay.
@@ -312,7 +307,8 @@ fn improved(folder: &Path) -> Result<(), Box<dyn Error>> {
     let anew = of(0).map(|t| mesh.triangles()[t]).collect();
     let anew = TriangleMesh::new(mesh.positions().to_vec(), anew)?;
     let components = Components::of(&anew, &[])?;
-    let marks = as_cut(&anew, &seam_edges(&mesh, &before)?);
+    let stretched: Vec<[f32; 2]> = of(0).flat_map(|t| before.corners(t)).collect();
+    let marks = as_cut(&anew, &UvMap::of_corners(&stretched)?)?;
     let input = MeshInput {
         marks: &marks,
         beside: Some(Beside {

@@ -1,6 +1,7 @@
 //! What a call says of seams, and of UVs that are there.
 
-use fam::{Kept, present_seams};
+use fam::Kept;
+use fam_surface::metrics::present_seams;
 use fam_surface::{TriangleMesh, UvMap};
 use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;

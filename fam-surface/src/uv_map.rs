@@ -68,11 +68,29 @@ impl UvMap {
     pub fn corners(&self, t: usize) -> [[f32; 2]; 3] {
         self.triangles[t].map(|i| self.uvs[i as usize])
     }
+
+    /// The area of the triangle of number `t`, whichever way it runs, in square UV units.
+    ///
+    /// # Panics
+    /// If there is no such triangle.
+    pub fn area(&self, t: usize) -> f64 {
+        let [a, b, c] = self.corners(t).map(|q| q.map(f64::from));
+        0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs()
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn area_is_that_of_the_triangle_whichever_way_it_runs() {
+        let corners = [[1.0, 1.0], [4.0, 1.0], [2.0, 3.0]];
+        let [a, b, c] = corners;
+        for corners in [[a, b, c], [b, a, c]] {
+            assert_eq!(UvMap::of_corners(&corners).unwrap().area(0), 3.0);
+        }
+    }
 
     #[test]
     fn equal_corners_get_one_index() {

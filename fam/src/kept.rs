@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use fam_layout::Beside;
 use fam_surface::charts::charts;
-use fam_surface::metrics::{Metrics, for_each_overlapping_pair, seam_edges};
-use fam_surface::{Edges, SurfaceError, TriangleMesh, UvMap};
+use fam_surface::metrics::{Metrics, for_each_overlapping_pair};
+use fam_surface::{SurfaceError, TriangleMesh, UvMap};
 
 use crate::parting::Parting;
 
@@ -110,7 +110,7 @@ impl Kept {
                 .collect(),
         };
         let all = (0..self.is_kept.len()).filter(|&t| self.is_kept[t]);
-        let in_plane = all.map(|t| area(self.uvs.corners(t))).sum::<f64>();
+        let in_plane = all.map(|t| self.uvs.area(t)).sum::<f64>();
         let on_surface: f64 = self.select(&mesh.triangle_areas(), true).iter().sum();
         let scale = (in_plane / on_surface).sqrt();
         Ok(Some(There {
@@ -201,24 +201,6 @@ impl There {
             scale: self.scale,
         }
     }
-}
-
-/// The edges at which UVs that are there cut their mesh, and all others. Where the first are wanted seams
-/// and the others forbidden ones, a layout keeps the seams that are there.
-///
-/// # Errors
-/// The UVs have another number of triangles than the mesh.
-pub fn present_seams(mesh: &TriangleMesh, uvs: &UvMap) -> Result<[Vec<[u32; 2]>; 2], SurfaceError> {
-    let mut seams = seam_edges(mesh, uvs)?;
-    seams.sort_unstable();
-    let mut others = Edges::of(mesh).all();
-    others.retain(|edge| seams.binary_search(edge).is_err());
-    Ok([seams, others])
-}
-
-fn area(corners: [[f32; 2]; 3]) -> f64 {
-    let [a, b, c] = corners.map(|q| q.map(f64::from));
-    0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs()
 }
 
 /// Whether some triangles, a whole chart, are laid out well. Those without any area are.

@@ -43,7 +43,7 @@ mod unwrapped;
 mod warnings;
 
 pub use error::UnwrapError;
-pub use kept::{Kept, present_seams};
+pub use kept::Kept;
 pub use layout::{LaidOut, MarksReport, Uvs};
 pub use measured::in_a_row;
 pub use method::{FinishMode, Method, Used};

@@ -265,17 +265,12 @@ fn areas(
     let of_triangle = |(t, (&chart, &(file, own))): (usize, (&u32, &(usize, u32)))| {
         let area = match on_surface {
             true => sources[file].areas[own as usize],
-            false => area(uvs.corners(t)),
+            false => uvs.area(t),
         };
         area * largest[chart as usize].powi(2)
     };
     let all = charts.iter().zip(members).enumerate();
     Some(all.map(of_triangle).collect())
-}
-
-fn area(corners: [[f32; 2]; 3]) -> f64 {
-    let [a, b, c] = corners.map(|q| q.map(f64::from));
-    0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs()
 }
 
 fn repack(

@@ -48,7 +48,8 @@ fn painted([x, y, z]: [f64; 3]) -> f64 {
     0.5 + 0.5 * (2.0 * x + y).sin() * (z + 0.3 * y).cos()
 }
 
-/// Two solids of random cells side by side and a copy of one; half of them mirror images at x = 0.
+/// The surface of random cells, twice, the second time turned; or, if it is to be symmetric, a part of it
+/// with its mirror image at x = 0. Open surfaces lack their upper half.
 fn surface(is_open: bool, is_symmetric: bool, random: &mut Pcg64) -> TriangleMesh {
     let mut solid = loop {
         let solids = closed(random);

@@ -25,9 +25,6 @@ use fam_surface::vector::{length, sub};
 /// with its image. The best of these is taken.
 const SHARES: [f64; 2] = [0.9, 0.6];
 
-/// The same where the two are not joined.
-const SHARES_APART: [f64; 1] = [1.0];
-
 /// By how much the energy of what is mirrored may differ for rounding.
 const ROUNDING: f64 = 1e-6;
 
@@ -60,9 +57,10 @@ pub fn charts_of_both_halves(task: &Task, own: usize) -> Option<(Vec<FlatChart>,
     let sides = Sides::of(task);
     let middle = sides.middle(task)?;
     let mut best: Option<Found> = None;
-    let shares = match task.config.stack {
-        Stack::Mirrored => &SHARES_APART[..],
-        Stack::None | Stack::Identical => &SHARES[..],
+    let shares: &[f64] = match task.config.stack {
+        // They are not joined, so nothing has to be left for it.
+        Stack::Mirrored => &[1.0],
+        Stack::None | Stack::Identical => &SHARES,
     };
     for share in shares {
         if best.is_some() && !task.watch.goes_on() {

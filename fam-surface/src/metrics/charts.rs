@@ -45,7 +45,8 @@ impl Charts {
                 let opposed = one.reversed == other.reversed;
                 let [t, u] = [one, other].map(|side| side.half_edge / 3);
                 let [a, b] = [t, u].map(|t| layout.uv_double_area(t as usize));
-                let is_folded = a * b != 0.0 && ((a > 0.0) == (b > 0.0)) == opposed;
+                let has_area = a != 0.0 && b != 0.0;
+                let is_folded = has_area && ((a > 0.0) == (b > 0.0)) == opposed;
                 match is_folded {
                     true => folds.push((t, u, opposed)),
                     false => charts.join(t, u, opposed),

@@ -8,7 +8,7 @@ use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::{SurfaceError, TriangleMesh, UvMap};
+use crate::{Edges, SurfaceError, TriangleMesh, UvMap};
 
 mod area_distortion;
 mod charts;
@@ -142,6 +142,18 @@ pub fn seam_edges(mesh: &TriangleMesh, uv: &UvMap) -> Result<Vec<[u32; 2]>, Surf
     // Edges of parts that touch may lie at one position.
     seams.dedup();
     Ok(seams)
+}
+
+/// The edges at which a UV map cuts a mesh, as [`seam_edges`] has them, and all others. Where the first are
+/// wanted seams and the others forbidden ones, a layout keeps the seams that are there.
+///
+/// # Errors
+/// The map has another number of triangles than the mesh.
+pub fn present_seams(mesh: &TriangleMesh, uv: &UvMap) -> Result<[Vec<[u32; 2]>; 2], SurfaceError> {
+    let seams = seam_edges(mesh, uv)?;
+    let mut others = Edges::of(mesh).all();
+    others.retain(|edge| seams.binary_search(edge).is_err());
+    Ok([seams, others])
 }
 
 fn is_zero(count: &u64) -> bool {
