@@ -14,7 +14,7 @@ use fam_io::picture::{Flattened, Seams, encode_png, preview_picture};
 use fam_layout::{
     Beside, LayoutConfig, Marks, MeshInput, MeshLayout, Stack, Symmetry, Turns, lay_out, repacked,
 };
-use fam_surface::metrics::{Metrics, present_seams, seam_edges, seam_visibility};
+use fam_surface::metrics::{Metrics, mirrored_share, present_seams, seam_edges, seam_visibility};
 use fam_surface::occlusion::Occluders;
 use fam_surface::{Component, Components, Edges, Surface, TriangleMesh, UvMap, shapes, symmetry};
 use image::{RgbImage, imageops};
@@ -70,6 +70,12 @@ fn features() -> Vec<Feature> {
             option: "--symmetry auto",
             config: with(|c| c.symmetry = Symmetry::Auto),
             surface: head,
+        },
+        Feature {
+            name: "symmetry-scan",
+            option: "--symmetry auto",
+            config: with(|c| c.symmetry = Symmetry::Auto),
+            surface: || shapes::shirt(0.04),
         },
         Feature {
             name: "stack",
@@ -422,7 +428,9 @@ fn write(
 /// with it; and one of what visibility and the mirror plane take to find.
 fn figures(paths: &[PathBuf]) -> Result<(), Box<dyn Error>> {
     let mut features = features();
-    features.retain(|feature| !["upright", "tiles"].contains(&feature.name));
+    // These change no charts, or are others with another surface.
+    let left_out = ["upright", "tiles", "symmetry-scan"];
+    features.retain(|feature| !left_out.contains(&feature.name));
     let mut tables: Vec<Vec<String>> = features.iter().map(|_| Vec::new()).collect();
     let mut costs = Vec::new();
     for path in paths {
@@ -433,26 +441,31 @@ fn figures(paths: &[PathBuf]) -> Result<(), Box<dyn Error>> {
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         let marks = Marks::default().with_diagonals(&Edges::of(mesh), document.diagonals());
         let before = Figures::of(mesh, &laid_out(mesh, &marks, &LayoutConfig::default())?)?;
+        let mut started = Instant::now();
+        let plane = symmetry::find(mesh);
+        let finding_plane = started.elapsed().as_secs_f64();
+        let mut mirrored = None;
         for (feature, table) in features.iter().zip(&mut tables) {
-            let after = Figures::of(mesh, &laid_out(mesh, &marks, &feature.config)?)?;
+            let outcome = laid_out(mesh, &marks, &feature.config)?;
+            if feature.name == "symmetry" {
+                mirrored = plane.map(|plane| mirrored_share(mesh, &outcome.uvs, &plane));
+            }
+            let after = Figures::of(mesh, &outcome)?;
             if before.changes_to(&after) {
                 table.push(format!("| {name} | {} |", before.row(&after)));
             }
         }
         let components = Components::of(mesh, &[])?;
-        let mut started = Instant::now();
+        started = Instant::now();
         let occluders = Occluders::of(components.list.iter().map(|one| &one.mesh));
         for component in &components.list {
             occluders.visibility(&component.mesh, None, &|| true);
         }
         let visibility = started.elapsed().as_secs_f64();
-        started = Instant::now();
-        let plane = symmetry::find(mesh);
+        let mirrored = mirrored.map_or("no plane".to_owned(), |m| format!("{:.0}", 100.0 * m));
         costs.push(format!(
-            "| {name} | {} | {visibility:.2} | {:.2} | {} |",
+            "| {name} | {} | {visibility:.2} | {finding_plane:.2} | {mirrored} |",
             mesh.triangles().len(),
-            started.elapsed().as_secs_f64(),
-            if plane.is_some() { "yes" } else { "no" },
         ));
     }
     for (feature, table) in features.iter().zip(tables) {
@@ -464,7 +477,8 @@ fn figures(paths: &[PathBuf]) -> Result<(), Box<dyn Error>> {
         table.iter().for_each(|row| println!("{row}"));
     }
     println!(
-        "\n| mesh | triangles | visibility, s | mirror plane, s | there is one |\n| --- | ---: | ---: | ---: | --- |"
+        "\n| mesh | triangles | visibility, s | mirror plane, s | mirrored with --symmetry, % |\n\
+         | --- | ---: | ---: | ---: | ---: |"
     );
     costs.iter().for_each(|row| println!("{row}"));
     Ok(())

@@ -9,6 +9,7 @@ use crate::divide::by_shape::rough::is_rough;
 use crate::divide::by_shape::{self, Piece};
 use crate::divide::overlap::divided_where_overlapping;
 use crate::divide::split::split;
+use crate::flat::flat_chart;
 use crate::marks::ComponentMarks;
 use crate::marks::opening::opened;
 use crate::parallel::largest_first;
@@ -74,24 +75,44 @@ pub struct FlatChart {
     pub is_straight: bool,
 }
 
-/// Cuts a component's mesh into as few charts as it takes and flattens them. Cuts are made until the
-/// energy is within a `share` of the way from 4 to the bound. `map` has UVs of the vertices, whose
-/// tears say where to cut; `marks` has the edges to cut and to avoid; `rates` says what seams cost at
-/// every vertex for each unit of length, 1 if it is not given; `watch` is told the progress so far and
-/// says whether to go on refining.
+/// A component that is to be cut and flattened.
+#[derive(Clone, Copy)]
+pub struct Task<'a, 'w> {
+    pub config: &'a LayoutConfig,
+    /// Cuts are made until the energy is within this share of the way from 4 to the bound.
+    pub share: f64,
+    /// In the unit of layouts.
+    pub mesh: &'a TriangleMesh,
+    /// UVs of the vertices, whose tears say where to cut.
+    pub map: Option<&'a [[f32; 2]]>,
+    /// The edges to cut and to avoid.
+    pub marks: &'a ComponentMarks,
+    /// What seams cost at every vertex for each unit of length; 1 if there are none.
+    pub rates: Option<&'a [f64]>,
+    /// Is told the progress so far, and says whether to go on refining.
+    pub watch: &'a Watch<'w>,
+}
+
+/// Cuts a component into as few charts as it takes and flattens them. One that is flat as it is and on
+/// which no seams are wanted is not changed.
 ///
 /// A part that has no valid layout in one piece is divided, down to single triangles if it must
 /// be. So is one whose energy stays above the bound, unless that takes too many charts or cuts
 /// along forbidden edges: where it would overlap itself if it were free to, or by its shape.
-pub fn flat_charts(
-    config: &LayoutConfig,
-    share: f64,
-    mesh: &TriangleMesh,
-    map: Option<&[[f32; 2]]>,
-    marks: &ComponentMarks,
-    rates: Option<&[f64]>,
-    watch: &Watch,
-) -> Vec<FlatChart> {
+pub fn flat_charts(task: &Task) -> Vec<FlatChart> {
+    let is_free = task.marks.wanted.is_empty();
+    if let Some(chart) = is_free.then(|| flat_chart(task.mesh)).flatten() {
+        return vec![chart];
+    }
+    let Task {
+        config,
+        share,
+        mesh,
+        map,
+        marks,
+        rates,
+        watch,
+    } = *task;
     let goal = Goal {
         bound: 4.0 + share * (config.distortion_bound - 4.0),
         seam_weight: config.seam_weight,

@@ -51,6 +51,7 @@ mod cut;
 mod distortion;
 mod divide;
 mod flat;
+mod flattening;
 mod marks;
 mod pace;
 mod pack;
@@ -65,6 +66,7 @@ mod solve;
 mod stack;
 mod surface;
 mod symmetry;
+mod unit;
 mod watch;
 
 use serde::{Deserialize, Serialize};
@@ -122,7 +124,8 @@ pub struct LayoutConfig {
     ///
     /// Where vertices are mirror images of each other, to the last bit or nearly, so are UVs, to the
     /// last bit: `u' = 2a − u` within a chart that lies on the plane, and up to a shift between two
-    /// charts or components. What has no mirror image in the mesh is laid out as if this were off.
+    /// charts or components. Where only the surface is its own mirror image, such as that of a scan, seams and
+    /// charts are mirror images as nearly as its edges allow. All else is laid out as if this were off.
     #[serde(default, skip_serializing_if = "Symmetry::is_off")]
     pub symmetry: Symmetry,
     /// Most charts that a component is cut into to come within the bound, or to fill the square; if

@@ -17,6 +17,16 @@ pub struct Part {
 }
 
 impl Part {
+    /// All of a component's mesh.
+    pub fn whole(mesh: &TriangleMesh) -> Self {
+        Self {
+            mesh: mesh.clone(),
+            vertices: (0..mesh.positions().len() as u32).collect(),
+            triangles: (0..mesh.triangles().len() as u32).collect(),
+            placed: None,
+        }
+    }
+
     /// Some of the triangles, by their numbers in the part. Vertices at one position stay apart if
     /// they were. `None` if there are no triangles.
     pub fn subset(&self, chosen: &[u32]) -> Option<Self> {

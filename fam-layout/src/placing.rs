@@ -159,7 +159,7 @@ fn numbered(mirrors: &[Vec<Mirror>]) -> impl Iterator<Item = ([usize; 2], &Mirro
 fn mirrored(mirrors: &[Vec<Mirror>]) -> HashSet<[usize; 2]> {
     let of = |(at, mirror): ([usize; 2], &Mirror)| match *mirror {
         Mirror::None => Vec::new(),
-        Mirror::Own(_) => vec![at],
+        Mirror::Own(_) | Mirror::Nearly => vec![at],
         Mirror::Of { component, chart } => vec![at, [component, chart]],
     };
     numbered(mirrors).flat_map(of).collect()
@@ -175,7 +175,7 @@ fn reflections<'a>(
     members
         .iter()
         .map(|&([c, k], _)| match mirrors[c].get(k) {
-            None | Some(Mirror::None) => Reflection::None,
+            None | Some(Mirror::None | Mirror::Nearly) => Reflection::None,
             Some(Mirror::Own(images)) => Reflection::Own(images),
             Some(Mirror::Of { component, chart }) => numbers
                 .get(&[*component, *chart])

@@ -1,26 +1,26 @@
+//! The layout of a mesh or a cloud, from its components to the packed square.
+
 use std::ops::ControlFlow;
 
 use rayon::prelude::*;
 
 use crate::cloud::Reconstruction;
 use crate::cloud::places::places;
-use crate::component::{FlatChart, flat_charts};
-use crate::costs::creases::sharp_edges;
+use crate::component::FlatChart;
 use crate::costs::rates::seam_rates;
 use crate::distortion::Distortion;
-use crate::flat::flat_chart;
-use crate::marks::ComponentMarks;
+use crate::flattening::Flattening;
 use crate::pack::PackError;
-use crate::parallel::largest_first;
 use crate::placing::{Belonging, coverage, estimate, placed};
 use crate::shape::{Shaping, Surface, is_shaped};
 use crate::stack::{laid_upon, stacked};
-use crate::symmetry::{Mirror, Role, Task, charts_of_both_halves, image_of, roles};
+use crate::symmetry::{Mirror, roles};
+use crate::unit::{common_unit, half_extent, scaled};
 use crate::watch::Watch;
 use crate::{CloudLayout, ComponentLayout, LayoutConfig, MeshInput, MeshLayout, Progress};
 use fam_surface::congruence::Congruence;
 use fam_surface::vector::{length, sub};
-use fam_surface::{Component, Components, TriangleMesh, UvMap};
+use fam_surface::{Components, TriangleMesh, UvMap};
 
 /// Of what the energy may be above that of an isometry, the share up to which surfaces are cut; the
 /// rest is left for better angles, of which the first per cent brings most. A seam through a cloud
@@ -67,80 +67,16 @@ fn lay_out_within(
     let copies = stacked(config.stack, unfinished);
     let rates = seam_rates(config, unfinished, &|| watch.goes_on());
     let square = |i: usize| unfinished.belonging(list[i].label).square;
-    let is_copy = |i: usize| copies[i].is_some();
+    let flattening = Flattening {
+        config,
+        share: &share,
+        input: unfinished,
+        unit,
+        rates: rates.as_deref(),
+        watch: &watch,
+    };
     let roles = roles(config.symmetry, unfinished.components, square);
-    let meshes = |i: usize| scaled(&list[i].mesh, unit);
-    let by_itself = |i: usize, mesh: &TriangleMesh, marks: &ComponentMarks, watch: &Watch| {
-        let flat = marks.wanted.is_empty().then(|| flat_chart(mesh)).flatten();
-        match flat {
-            Some(chart) => vec![chart],
-            None => {
-                let map = unfinished.map.map(|map| map[i].as_slice());
-                let rates = rates.as_ref().map(|rates| rates[i].as_slice());
-                flat_charts(config, share(sizes[i]), mesh, map, marks, rates, watch)
-            }
-        }
-    };
-    let own_charts = |i: usize, role: &Role| {
-        let watch = watch.of(i);
-        let mesh = meshes(i);
-        let mut marks = unfinished.marks.of_component(&list[i]);
-        if let Some(angle) = config.hard_angle {
-            marks.want(sharp_edges(&mesh, angle.to_radians()));
-        }
-        let symmetric = match role {
-            Role::Own(own) => {
-                let task = Task {
-                    config,
-                    share: share(sizes[i]),
-                    placed: &list[i].mesh,
-                    mesh: &mesh,
-                    pairing: &own.0,
-                    plane: &own.1,
-                    map: unfinished.map.map(|map| map[i].as_slice()),
-                    marks: &marks,
-                    rates: rates.as_ref().map(|rates| rates[i].as_slice()),
-                    watch: &watch,
-                };
-                charts_of_both_halves(&task, i)
-            }
-            Role::Alone | Role::ImageOf(..) => None,
-        };
-        let charts = symmetric.unwrap_or_else(|| {
-            let charts = by_itself(i, &mesh, &marks, &watch);
-            let mirrors = vec![Mirror::None; charts.len()];
-            (charts, mirrors)
-        });
-        watch.finishes();
-        charts
-    };
-    let mut found = largest_first(&sizes, |i| match &roles[i] {
-        _ if is_copy(i) => {
-            watch.of(i).finishes();
-            (Vec::new(), Vec::new())
-        }
-        Role::ImageOf(of, _) if !is_copy(*of) => (Vec::new(), Vec::new()),
-        role => own_charts(i, role),
-    });
-    let images = largest_first(&sizes, |i| match &roles[i] {
-        Role::ImageOf(of, pairing) if !is_copy(i) && !is_copy(*of) => {
-            let images = image_of(&meshes(i), &found[*of].0, *of, pairing);
-            Some(match images {
-                Some(images) => {
-                    watch.of(i).finishes();
-                    images
-                }
-                None => own_charts(i, &Role::Alone),
-            })
-        }
-        Role::Alone | Role::Own(_) | Role::ImageOf(..) => None,
-    });
-    for (found, image) in found.iter_mut().zip(images) {
-        if let Some(image) = image {
-            *found = image;
-        }
-    }
-    let (charts, mirrors): (Vec<Vec<FlatChart>>, Vec<Vec<Mirror>>) = found.into_iter().unzip();
+    let (charts, mirrors) = flattening.charts(&roles, |i| copies[i].is_some());
     watch.packs();
     let belonging: Vec<Belonging> = list
         .iter()
@@ -235,38 +171,6 @@ fn share_of_cloud(triangles: usize) -> f64 {
         true => SHARE_OF_CLOUDS,
         false => SHARE_OF_MESHES,
     }
-}
-
-/// The unit of length, as half of it, in which the largest component has an extent of 1, so that
-/// no square of a length overflows.
-fn common_unit(list: &[Component]) -> f64 {
-    let extents = list.iter().map(|c| half_extent(&c.mesh));
-    extents.fold(0.0, f64::max)
-}
-
-/// A mesh near the origin, in a unit of twice the length given.
-fn scaled(mesh: &TriangleMesh, half_unit: f64) -> TriangleMesh {
-    let unit = if half_unit > 0.0 { half_unit } else { 1.0 };
-    let low = [0, 1, 2].map(|axis| low_and_high(mesh, axis).0);
-    let place = |p: &[f64; 3]| [0, 1, 2].map(|a| (0.5 * p[a] - 0.5 * low[a]) / unit);
-    let positions = mesh.positions().iter().map(place).collect();
-    TriangleMesh::new(positions, mesh.triangles().to_vec()).unwrap_or_else(|_| mesh.clone())
-}
-
-/// Half of the longest side of a mesh's bounding box.
-fn half_extent(mesh: &TriangleMesh) -> f64 {
-    let side = |axis| {
-        let (low, high) = low_and_high(mesh, axis);
-        0.5 * high - 0.5 * low
-    };
-    (0..3).map(side).fold(0.0, f64::max)
-}
-
-fn low_and_high(mesh: &TriangleMesh, axis: usize) -> (f64, f64) {
-    let along = mesh.positions().iter().map(|p| p[axis]);
-    along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| {
-        (low.min(c), high.max(c))
-    })
 }
 
 /// A component put together from its charts; triangles of none lie at (0, 0).

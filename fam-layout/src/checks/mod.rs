@@ -6,6 +6,7 @@ mod hard;
 mod hidden;
 mod known;
 mod marked;
+mod nearly_symmetric;
 mod options;
 mod placed;
 mod random;

@@ -13,12 +13,7 @@ use fam_surface::vector::{length, sub};
 /// whole if none are. The smallest come last.
 pub fn opened(mesh: &TriangleMesh, marks: &ComponentMarks) -> Vec<Part> {
     if marks.wanted.is_empty() {
-        return vec![Part {
-            mesh: mesh.clone(),
-            vertices: (0..mesh.positions().len() as u32).collect(),
-            triangles: (0..mesh.triangles().len() as u32).collect(),
-            placed: None,
-        }];
+        return vec![Part::whole(mesh)];
     }
     let sides = Sides::of(mesh);
     let mut wanted = marks.wanted.clone();

@@ -8,12 +8,11 @@ use super::Mirror;
 use super::chart::{Winding, evened, judged, surface};
 use super::hinge::hinged;
 use super::images::images;
-use crate::component::{FlatChart, flat_charts};
+use crate::component::{FlatChart, Task, flat_charts};
 use crate::distortion::Distortion;
 use crate::flat::flat_chart;
 use crate::marks::ComponentMarks;
 use crate::part::Part;
-use crate::watch::Watch;
 use crate::{LayoutConfig, Stack};
 use fam_surface::TriangleMesh;
 use fam_surface::orientation::{NONE, across};
@@ -28,50 +27,41 @@ const SHARES: [f64; 2] = [0.9, 0.6];
 /// By how much the energy of what is mirrored may differ for rounding.
 const ROUNDING: f64 = 1e-6;
 
-/// A component that is its own mirror image, and how it is to be laid out.
-pub struct Task<'a, 'w> {
-    pub config: &'a LayoutConfig,
-    /// How much of what the bound allows is for cutting.
-    pub share: f64,
+/// A component that is its own mirror image, to be laid out.
+pub struct Symmetric<'a, 'w> {
+    pub task: Task<'a, 'w>,
     /// The component in its own place.
     pub placed: &'a TriangleMesh,
-    /// The same in the unit of layouts.
-    pub mesh: &'a TriangleMesh,
     pub pairing: &'a Pairing,
+    /// Where it is its own mirror image in that place.
     pub plane: &'a MirrorPlane,
-    pub map: Option<&'a [[f32; 2]]>,
-    pub marks: &'a ComponentMarks,
-    pub rates: Option<&'a [f64]>,
-    pub watch: &'a Watch<'w>,
 }
 
 /// Charts of the component of number `own`, with their mirror images; none if that leads to no valid
 /// layout within the bound.
-pub fn charts_of_both_halves(task: &Task, own: usize) -> Option<(Vec<FlatChart>, Vec<Mirror>)> {
-    if task.marks.wanted.is_empty()
-        && let Some(flat) = flat_chart(task.mesh)
+pub fn charts_of_both_halves(
+    symmetric: &Symmetric,
+    own: usize,
+) -> Option<(Vec<FlatChart>, Vec<Mirror>)> {
+    if symmetric.task.marks.wanted.is_empty()
+        && let Some(flat) = flat_chart(symmetric.task.mesh)
     {
-        let (chart, mirror) = evened_chart(task, flat)?;
+        let (chart, mirror) = evened_chart(symmetric, flat)?;
         return Some((vec![chart], vec![mirror]));
     }
-    let sides = Sides::of(task);
-    let middle = sides.middle(task)?;
-    let mut best: Option<Found> = None;
-    let shares: &[f64] = match task.config.stack {
+    let sides = Sides::of(symmetric);
+    let middle = sides.middle(symmetric)?;
+    let shares: &[f64] = match symmetric.task.config.stack {
         // They are not joined, so nothing has to be left for it.
         Stack::Mirrored => &[1.0],
         Stack::None | Stack::Identical => &SHARES,
     };
-    for share in shares {
-        if best.is_some() && !task.watch.goes_on() {
-            break;
-        }
-        let found = sides.both(task, share * task.share);
-        let Some(found) = found else { continue };
-        if best.as_ref().is_none_or(|best| found.seams < best.seams) {
-            best = Some(found);
-        }
-    }
+    let found: Vec<Option<Found>> = shares
+        .par_iter()
+        .map(|share| sides.both(symmetric, share * symmetric.task.share))
+        .collect();
+    let shorter = |best: Found, one: Found| if one.seams < best.seams { one } else { best };
+    let best = found.into_iter().flatten().reduce(shorter);
     let best = best?;
     let (mut charts, mut mirrors) = (Vec::new(), Vec::new());
     for group in best.groups {
@@ -124,8 +114,8 @@ struct Sides {
 }
 
 impl Sides {
-    fn of(task: &Task) -> Self {
-        let corners = &task.pairing.corners;
+    fn of(symmetric: &Symmetric) -> Self {
+        let corners = &symmetric.pairing.corners;
         let mut sets = Sets::new(corners.len());
         for own in corners {
             for corner in own {
@@ -136,7 +126,10 @@ impl Sides {
         let faces: Vec<u32> = (0..corners.len() as u32).map(|t| sets.find(t)).collect();
         let mut heights = vec![0.0; corners.len()];
         for (&face, t) in faces.iter().zip(0..) {
-            let all = task.placed.corners(t).map(|p| 1e-3 * task.plane.height(p));
+            let all = symmetric
+                .placed
+                .corners(t)
+                .map(|p| 1e-3 * symmetric.plane.height(p));
             heights[face as usize] += all.iter().sum::<f64>();
         }
         let (mut half, mut image, mut across) = (Vec::new(), Vec::new(), Vec::new());
@@ -160,49 +153,49 @@ impl Sides {
     }
 
     /// What lies across the plane, as charts that are symmetric.
-    fn middle(&self, task: &Task) -> Option<Vec<(FlatChart, Mirror)>> {
+    fn middle(&self, symmetric: &Symmetric) -> Option<Vec<(FlatChart, Mirror)>> {
         let mut found = Vec::new();
-        for part in pieces(task.mesh, &self.across) {
-            for chart in self.charts(task, &part, task.share) {
-                found.push(evened_chart(task, chart)?);
+        for part in pieces(symmetric.task.mesh, &self.across) {
+            for chart in self.charts(symmetric, &part, symmetric.task.share) {
+                found.push(evened_chart(symmetric, chart)?);
             }
         }
         Some(found)
     }
 
     /// The half, cut so far, and its image.
-    fn both(&self, task: &Task, share: f64) -> Option<Found> {
+    fn both(&self, symmetric: &Symmetric, share: f64) -> Option<Found> {
         let mut charts = Vec::new();
-        for part in pieces(task.mesh, &self.half) {
-            charts.extend(self.charts(task, &part, share));
+        for part in pieces(symmetric.task.mesh, &self.half) {
+            charts.extend(self.charts(symmetric, &part, share));
         }
-        let winding = Winding::of(task.mesh);
+        let winding = Winding::of(symmetric.task.mesh);
         let charts: Vec<FlatChart> = charts.into_iter().map(|c| winding.righted(c)).collect();
-        let images = images(task.mesh, &charts, &self.image, task.pairing)?;
-        let allowed = Distortion::allowed(task.config.distortion_bound);
-        if !is_within(task, &images, &charts, &allowed) {
+        let images = images(symmetric.task.mesh, &charts, &self.image, symmetric.pairing)?;
+        let allowed = Distortion::allowed(symmetric.task.config.distortion_bound);
+        if !is_within(symmetric, &images, &charts, &allowed) {
             return None;
         }
         // A chart that is joined with its image cannot share the place of that.
-        let may_be_joined = task.config.stack != Stack::Mirrored;
+        let may_be_joined = symmetric.task.config.stack != Stack::Mirrored;
         let pairs = charts.into_par_iter().zip(images);
         let groups: Vec<Group> = pairs
             .map(|(chart, image)| {
-                let joined = may_be_joined.then(|| hinged(task, &chart, &image, &allowed));
+                let joined = may_be_joined.then(|| hinged(symmetric, &chart, &image, &allowed));
                 match joined.flatten() {
                     Some((joined, images)) => Group::Joined(joined, images),
                     None => Group::Apart(chart, image),
                 }
             })
             .collect();
-        let seams = seams(task.mesh, &groups);
+        let seams = seams(symmetric.task.mesh, &groups);
         Some(Found { groups, seams })
     }
 
     /// Charts of a part by itself. Marks on either side of the plane count, and the two triangles of a
     /// quad stay together.
-    fn charts(&self, task: &Task, part: &Part, share: f64) -> Vec<FlatChart> {
-        let image = |v: u32| task.pairing.images[part.vertices[v as usize] as usize];
+    fn charts(&self, symmetric: &Symmetric, part: &Part, share: f64) -> Vec<FlatChart> {
+        let image = |v: u32| symmetric.pairing.images[part.vertices[v as usize] as usize];
         let own = |v: u32| part.vertices[v as usize];
         let ordered = |a: u32, b: u32| [a.min(b), a.max(b)];
         let is_marked = |marked: &HashSet<[u32; 2]>, [a, b]: [u32; 2]| {
@@ -219,32 +212,36 @@ impl Sides {
             all.map(|[a, b]| ordered(a, b)).collect()
         };
         let mut marks = ComponentMarks {
-            wanted: chosen(&task.marks.wanted),
-            forbidden: chosen(&task.marks.forbidden),
-            hard: chosen(&task.marks.hard),
+            wanted: chosen(&symmetric.task.marks.wanted),
+            forbidden: chosen(&symmetric.task.marks.forbidden),
+            hard: chosen(&symmetric.task.marks.hard),
         };
         marks.forbidden.extend(self.diagonals(part));
-        let charts = match flat_chart(&part.mesh).filter(|_| marks.wanted.is_empty()) {
-            Some(chart) => vec![chart],
-            None => {
-                let map = task.map.map(|map| at_vertices(part, map));
-                let rates = task.rates.map(|rates| {
-                    let rate = |v: u32| rates[v as usize];
-                    let mean = |&v: &u32| {
-                        let image = task.pairing.images[v as usize].unwrap_or(v);
-                        0.5 * (rate(v) + rate(image))
-                    };
-                    part.vertices.iter().map(mean).collect::<Vec<f64>>()
-                });
-                // What there may be of charts is shared with the image.
-                let config = LayoutConfig {
-                    max_charts: task.config.max_charts.map(|most| most.div_ceil(2)),
-                    ..task.config.clone()
-                };
-                let (map, rates) = (map.as_deref(), rates.as_deref());
-                flat_charts(&config, share, &part.mesh, map, &marks, rates, task.watch)
-            }
+        let Task { map, rates, .. } = symmetric.task;
+        let map = map.map(|map| at_vertices(part, map));
+        let rates = rates.map(|rates| {
+            let rate = |v: u32| rates[v as usize];
+            let mean = |&v: &u32| {
+                let image = symmetric.pairing.images[v as usize].unwrap_or(v);
+                0.5 * (rate(v) + rate(image))
+            };
+            part.vertices.iter().map(mean).collect::<Vec<f64>>()
+        });
+        // What there may be of charts is shared with the image.
+        let most = symmetric.task.config.max_charts;
+        let config = LayoutConfig {
+            max_charts: most.map(|most| most.div_ceil(2)),
+            ..symmetric.task.config.clone()
         };
+        let charts = flat_charts(&Task {
+            config: &config,
+            share,
+            mesh: &part.mesh,
+            map: map.as_deref(),
+            marks: &marks,
+            rates: rates.as_deref(),
+            ..symmetric.task
+        });
         let placed = charts.into_iter().map(|mut chart| {
             for t in &mut chart.source {
                 *t = part.triangles[*t as usize];
@@ -278,12 +275,12 @@ fn at_vertices<T: Copy>(part: &Part, values: &[T]) -> Vec<T> {
 
 /// Whether the mirror images of charts are within what is allowed, or as good as what they are images of.
 fn is_within(
-    task: &Task,
+    symmetric: &Symmetric,
     images: &[FlatChart],
     charts: &[FlatChart],
     allowed: &Distortion,
 ) -> bool {
-    let areas = task.mesh.triangle_areas();
+    let areas = symmetric.task.mesh.triangle_areas();
     let energy = |charts: &[FlatChart]| {
         let one = |chart: &FlatChart| {
             let area = chart.source.iter().map(|&t| areas[t as usize]).sum();
@@ -314,12 +311,7 @@ fn pieces(mesh: &TriangleMesh, chosen: &[u32]) -> Vec<Part> {
     }
     let mut members: Vec<Vec<u32>> = members.into_values().collect();
     members.sort_unstable();
-    let whole = Part {
-        mesh: mesh.clone(),
-        vertices: (0..mesh.positions().len() as u32).collect(),
-        triangles: (0..mesh.triangles().len() as u32).collect(),
-        placed: None,
-    };
+    let whole = Part::whole(mesh);
     members
         .iter()
         .filter_map(|chosen| whole.subset(chosen))
@@ -327,7 +319,7 @@ fn pieces(mesh: &TriangleMesh, chosen: &[u32]) -> Vec<Part> {
 }
 
 /// A chart that is its own mirror image, made exactly symmetric; none if it is not, or not valid then.
-fn evened_chart(task: &Task, chart: FlatChart) -> Option<(FlatChart, Mirror)> {
+fn evened_chart(symmetric: &Symmetric, chart: FlatChart) -> Option<(FlatChart, Mirror)> {
     let mut points: HashMap<u32, u32> = HashMap::new();
     for (&t, corners) in chart.source.iter().zip(&chart.triangles) {
         for (&point, c) in corners.iter().zip(0..) {
@@ -336,7 +328,7 @@ fn evened_chart(task: &Task, chart: FlatChart) -> Option<(FlatChart, Mirror)> {
     }
     let mut images: Vec<Option<u32>> = vec![None; chart.uvs.len()];
     for (&t, corners) in chart.source.iter().zip(&chart.triangles) {
-        for (&point, corner) in corners.iter().zip(task.pairing.corners[t as usize]) {
+        for (&point, corner) in corners.iter().zip(symmetric.pairing.corners[t as usize]) {
             let image = *points.get(&corner)?;
             if *images[point as usize].get_or_insert(image) != image {
                 return None;
@@ -350,13 +342,13 @@ fn evened_chart(task: &Task, chart: FlatChart) -> Option<(FlatChart, Mirror)> {
     {
         return None;
     }
-    let winding = Winding::of(task.mesh);
+    let winding = Winding::of(symmetric.task.mesh);
     let mut chart = winding.righted(chart);
     chart.uvs = evened(&chart.uvs, &images);
     if !winding.is_positive(&chart) {
         return None;
     }
-    chart.distortion = judged(task.mesh, &chart)?;
+    chart.distortion = judged(symmetric.task.mesh, &chart)?;
     Some((chart, Mirror::Own(images)))
 }
 

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::chart::{Winding, evened, judged, surface, vertices};
-use super::halves::Task;
+use super::halves::Symmetric;
 use crate::component::FlatChart;
 use crate::cut::Cut;
 use crate::distortion::Distortion;
@@ -38,16 +38,16 @@ const LAST: Effort = Effort {
 /// joined along the longest arc at the plane that was found to allow a layout within what is allowed;
 /// none if there is none. All points of the two have the same numbers.
 pub fn hinged(
-    task: &Task,
+    symmetric: &Symmetric,
     chart: &FlatChart,
     image: &FlatChart,
     allowed: &Distortion,
 ) -> Option<(FlatChart, Vec<u32>)> {
-    let arcs = arcs(task, chart, image);
+    let arcs = arcs(symmetric, chart, image);
     let longest = arcs.iter().map(Arc::length).fold(0.0, f64::max);
     let mut tried: Vec<Vec<u32>> = Vec::new();
     for bend in BENDS {
-        if !task.watch.goes_on() {
+        if !symmetric.task.watch.goes_on() {
             return None;
         }
         let windows = arcs.iter().filter_map(|arc| arc.straightest(bend));
@@ -58,7 +58,7 @@ pub fn hinged(
         if length < LEAST_GAIN * longest || tried.contains(&points) {
             continue;
         }
-        if let Some(found) = joined(task, chart, image, &points, allowed) {
+        if let Some(found) = joined(symmetric, chart, image, &points, allowed) {
             return Some(found);
         }
         tried.push(points);
@@ -146,15 +146,15 @@ fn small(angle: f64) -> f64 {
 }
 
 /// Where a chart meets its image: runs of edges along its boundary.
-fn arcs(task: &Task, chart: &FlatChart, image: &FlatChart) -> Vec<Arc> {
-    let Some(mesh) = surface(task.mesh, chart) else {
+fn arcs(symmetric: &Symmetric, chart: &FlatChart, image: &FlatChart) -> Vec<Arc> {
+    let Some(mesh) = surface(symmetric.task.mesh, chart) else {
         return Vec::new();
     };
-    let own = vertices(task.mesh, chart);
+    let own = vertices(symmetric.task.mesh, chart);
     // Sides of the image, by points that lie on the plane.
     let is_fixed = |point: u32| {
         let v = own[point as usize];
-        task.pairing.images[v as usize] == Some(v)
+        symmetric.pairing.images[v as usize] == Some(v)
     };
     let sides = |triangles: &[[u32; 3]]| {
         let mut count: HashMap<[u32; 2], u32> = HashMap::new();
@@ -225,7 +225,7 @@ fn arc(
 
 /// A chart and its image over the same points along an arc, laid out and made symmetric.
 fn joined(
-    task: &Task,
+    symmetric: &Symmetric,
     chart: &FlatChart,
     image: &FlatChart,
     arc: &[u32],
@@ -254,16 +254,16 @@ fn joined(
         distortion: chart.distortion,
         is_straight: false,
     };
-    let mesh = surface(task.mesh, &whole)?;
+    let mesh = surface(symmetric.task.mesh, &whole)?;
     let patch = Patch::of(&mesh);
-    let mut problem = Problem::new(&patch, patch.lengths.clone(), task.watch);
+    let mut problem = Problem::new(&patch, patch.lengths.clone(), symmetric.task.watch);
     problem.injective = true;
     let mut layout = problem.flattened(Cut::none(&patch.topology), FIRST).ok()?;
     let _ = problem.relax(&mut layout, LAST);
     if layout.energy > allowed.energy {
         return None;
     }
-    let layout = with_better_angles(&patch, layout, allowed, task.watch);
+    let layout = with_better_angles(&patch, layout, allowed, symmetric.task.watch);
     if layout.uv.len() != images.len() {
         return None;
     }
@@ -271,12 +271,12 @@ fn joined(
         let point = patch.source[v as usize];
         whole.uvs[point as usize] = q.map(|c| c / patch.scale);
     }
-    let winding = Winding::of(task.mesh);
+    let winding = Winding::of(symmetric.task.mesh);
     let mut whole = winding.righted(whole);
     whole.uvs = evened(&whole.uvs, &images);
     if !winding.is_positive(&whole) {
         return None;
     }
-    whole.distortion = judged(task.mesh, &whole)?;
+    whole.distortion = judged(symmetric.task.mesh, &whole)?;
     (whole.distortion.energy <= allowed.energy).then_some((whole, images))
 }

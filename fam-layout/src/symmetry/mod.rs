@@ -5,18 +5,22 @@
 //! be joined without too much distortion (`hinge`); its axis is vertical then. A component that is the
 //! mirror image of another gets the mirrored charts of that (`images`).
 
+mod carried;
 mod chart;
 mod halves;
 mod hinge;
 mod images;
+mod nearly;
+mod proxy;
 mod roles;
 
 use serde::{Deserialize, Serialize};
 
 use fam_surface::symmetry::MirrorPlane;
 
-pub use halves::{Task, charts_of_both_halves};
+pub use halves::{Symmetric, charts_of_both_halves};
 pub use images::image_of;
+pub use nearly::nearly_symmetric_charts;
 pub use roles::{Role, roles};
 
 /// Whether a layout is as symmetric as the surface, and at which plane.
@@ -73,4 +77,6 @@ pub enum Mirror {
         /// The number of its chart.
         chart: usize,
     },
+    /// None, but the chart is turned so that it lies about as the mirror image of itself or another.
+    Nearly,
 }

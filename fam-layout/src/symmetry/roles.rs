@@ -3,9 +3,16 @@
 use std::collections::HashMap;
 
 use super::Symmetry;
-use fam_surface::symmetry::{CLOSE, MirrorPlane, Pairing, coordinate_plane, find, paired};
+use fam_surface::orientation::{NONE, across};
+use fam_surface::sets::Sets;
+use fam_surface::symmetry::{
+    CLOSE, Match, MirrorPlane, Pairing, coordinate_plane, find, judged, paired,
+};
 use fam_surface::vector::{length, sub};
 use fam_surface::{Component, Components, TriangleMesh};
+
+/// A mesh of fewer triangles has too few edges for seams that are mirror images of others.
+const FEW: usize = 200;
 
 /// What a component is with regard to the mirror plane.
 pub enum Role {
@@ -13,6 +20,9 @@ pub enum Role {
     Alone,
     /// It is its own mirror image at the plane.
     Own(Box<(Pairing, MirrorPlane)>),
+    /// It is nearly its own mirror image at the plane, but its vertices do not correspond, or its faces
+    /// across the plane would be charts of their own.
+    Nearly(Box<MirrorPlane>),
     /// It is the mirror image of the component of a lower number.
     ImageOf(usize, Box<Pairing>),
 }
@@ -50,7 +60,14 @@ pub fn roles(
                 && let Some(own) = paired(&list[i].mesh, &list[i].mesh, &plane)
                 && is_involution(&own)
             {
-                roles[i] = Role::Own(Box::new((own, plane)));
+                roles[i] = match is_fragmented(&list[i].mesh, &own) {
+                    true => Role::Nearly(Box::new(plane)),
+                    false => Role::Own(Box::new((own, plane))),
+                };
+                continue;
+            }
+            if image.is_near(&boxes[i], &plane) && is_nearly_symmetric(&list[i].mesh, &plane) {
+                roles[i] = Role::Nearly(Box::new(plane));
                 continue;
             }
             for m in n + 1..members.len() {
@@ -66,6 +83,33 @@ pub fn roles(
         }
     }
     roles
+}
+
+/// Whether a mesh of many triangles has several groups of faces across the plane, and vertices that are
+/// not exactly mirror images. Each group would be a chart of its own, for a symmetry that is not quite
+/// there.
+fn is_fragmented(mesh: &TriangleMesh, own: &Pairing) -> bool {
+    if own.exactness == Match::Exact || own.corners.len() < FEW {
+        return false;
+    }
+    let is_across =
+        |(t, corners): &(usize, &[u32; 3])| corners.iter().any(|c| *c as usize / 3 == *t);
+    let faces = own.corners.iter().enumerate().filter(is_across);
+    let triangles: Vec<[u32; 3]> = faces.map(|(t, _)| mesh.triangles()[t]).collect();
+    let mut groups = Sets::new(triangles.len());
+    for (h, &twin) in (0..).zip(&across(&triangles)) {
+        if twin != NONE {
+            groups.join(h / 3, twin / 3);
+        }
+    }
+    groups.settle();
+    (0..triangles.len() as u32).any(|t| groups.find(t) != groups.find(0))
+}
+
+/// Whether the mirror image of a mesh of many triangles lies on it.
+fn is_nearly_symmetric(mesh: &TriangleMesh, plane: &MirrorPlane) -> bool {
+    mesh.triangles().len() >= FEW
+        && judged(mesh, plane).is_some_and(|judgement| judgement.is_symmetric())
 }
 
 /// Whether the image of every image is the vertex itself.

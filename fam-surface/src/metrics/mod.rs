@@ -17,6 +17,7 @@ mod edges;
 pub mod engine;
 mod flipped_triangles;
 mod layout;
+mod mirrored;
 mod overlaps;
 mod places;
 mod repeats;
@@ -28,6 +29,7 @@ mod symmetric_dirichlet;
 mod tests;
 mod uv_coverage;
 
+pub use mirrored::mirrored_share;
 pub use overlaps::for_each_overlapping_pair;
 pub use seam_visibility::seam_visibility;
 
