@@ -129,6 +129,7 @@ pub fn flat_charts(task: &Task) -> Vec<FlatChart> {
         map,
         marks,
         rates,
+        hides_seams: config.hide_seams > 0.0,
         crease_weight: config.crease_weight,
         tear_weight: config.tear_weight,
         areas: mesh.triangle_areas(),
@@ -152,6 +153,7 @@ struct Component<'a, 'w> {
     marks: &'a ComponentMarks,
     /// Of every vertex.
     rates: Option<&'a [f64]>,
+    hides_seams: bool,
     crease_weight: f64,
     tear_weight: f64,
     /// Of every triangle.
@@ -309,7 +311,11 @@ impl Component<'_, '_> {
 
     /// A part, ready to be cut.
     fn patch(&self, part: &Part) -> Patch {
-        self.marks.patch(part, self.rates, self.crease_weight)
+        let patch = self.marks.patch(part, self.rates, self.crease_weight);
+        Patch {
+            hides_seams: self.hides_seams,
+            ..patch
+        }
     }
 
     fn refined(

@@ -7,13 +7,20 @@ use fam_surface::{Component, TriangleMesh};
 
 use crate::{LayoutConfig, MeshInput};
 
-/// How much more a seam costs at a weight of 1 where it is in full view, or painted with 1, in multiples
-/// of what it costs where it is hidden, or painted with 0. Three times as much hides seams little better,
-/// and makes some longer.
-const CONTRAST: f64 = 10.0;
+/// How much more a seam costs at a weight of 1 where it is in full view, in multiples of what it costs
+/// where it is hidden.
+const IN_VIEW: f64 = 30.0;
+
+/// The power of the visibility that a seam costs by. Most of a surface is in view, so that with the second
+/// power what is half hidden costs hardly less than the rest.
+const POWER: i32 = 3;
+
+/// How much more a seam costs at a weight of 1 where it is painted with 1, in multiples of what it costs
+/// where it is painted with 0.
+const PAINTED: f64 = 10.0;
 
 /// For every component what a seam costs at each of its vertices for each unit of length, 1 on average
-/// over its area. It grows with the square of its [visibility](Occluders::visibility), and with what is
+/// over its area. It grows with a power of its [visibility](Occluders::visibility), and with what is
 /// painted there. `None` if it is the same everywhere, and where `goes_on` says no.
 pub fn seam_rates(
     config: &LayoutConfig,
@@ -33,13 +40,13 @@ pub fn seam_rates(
         if let Some(occluders) = &occluders {
             let visibility = occluders.visibility(mesh, config.seen_from, goes_on)?;
             for (rate, visible) in rates.iter_mut().zip(visibility) {
-                *rate += config.hide_seams * CONTRAST * visible * visible;
+                *rate += config.hide_seams * IN_VIEW * visible.powi(POWER);
             }
         }
         if is_painted {
             for (rate, &vertex) in rates.iter_mut().zip(&component.vertices) {
                 let paint = input.marks.paint().get(vertex as usize).copied();
-                *rate += config.paint_weight * CONTRAST * paint.unwrap_or(0.0);
+                *rate += config.paint_weight * PAINTED * paint.unwrap_or(0.0);
             }
         }
         let mean = mean(mesh, &rates);
@@ -103,7 +110,7 @@ mod tests {
             (low, if light[v] > light[high] { v } else { high })
         });
         let ratio = rates[lightest] / rates[darkest];
-        let rate = |v: usize| 1.0 + CONTRAST * light[v].powi(2);
+        let rate = |v: usize| 1.0 + IN_VIEW * light[v].powi(POWER);
         let expected = rate(lightest) / rate(darkest);
         assert!((ratio - expected).abs() < 1e-9 && ratio > 4.0, "{ratio}");
     }

@@ -22,6 +22,8 @@ pub struct Patch {
     /// Of every half-edge: its length times what a seam costs there, as against elsewhere. Lengths,
     /// unless [`priced`](Self::priced).
     pub prices: Vec<f64>,
+    /// Whether seams are to lie where little is seen.
+    pub hides_seams: bool,
     /// Of every half-edge: whether it is to be cut only where there is no other way.
     pub forbidden: Vec<bool>,
     /// How much the creases of the surface count where a cut is looked for; usually 1.
@@ -60,6 +62,7 @@ impl Patch {
             areas: areas(&topology, &positions),
             forbidden: vec![false; lengths.len()],
             prices: lengths.clone(),
+            hides_seams: false,
             crease_weight: 1.0,
             topology,
             source,
@@ -81,6 +84,7 @@ impl Patch {
         Self {
             forbidden: forbidden.collect(),
             prices: prices.collect(),
+            hides_seams: self.hides_seams,
             crease_weight: self.crease_weight,
             ..Self::over(part, positions, self.scale)
         }

@@ -271,6 +271,7 @@ fn searched<'a>(
     let costs = carried_costs(patch, cost, &simplified.patch);
     simplified.patch.forbidden = costs.iter().map(|cost| !cost.is_finite()).collect();
     simplified.patch.prices = carried_prices(patch, &simplified.patch);
+    simplified.patch.hides_seams = patch.hides_seams;
     simplified.patch.crease_weight = patch.crease_weight;
     let simple = &simplified.patch;
     let share = share(budget, patch, simple);

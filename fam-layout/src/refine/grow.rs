@@ -163,15 +163,12 @@ impl Growth {
         let sources: Vec<u32> = (0..topology.vertices() as u32)
             .filter(|&v| reached[v as usize])
             .collect();
-        // What is out of reach without a forbidden edge is no place to cut to.
-        let depth: Vec<f64> = distances(topology, &problem.cost, &sources)
-            .into_iter()
-            .map(|depth| if depth.is_finite() { depth } else { 0.0 })
-            .collect();
+        let depth = depths(problem, &problem.cost, &sources);
+        let worthwhile = worthwhile_depths(problem, &sources, &depth);
         let excess = problem.excess(layout);
         let mut starts: Vec<(f64, u32)> = Vec::new();
         for diffusion in &self.diffusions {
-            for peak in peaks(topology, diffusion, &excess, &depth)
+            for peak in peaks(topology, diffusion, &excess, &worthwhile)
                 .iter()
                 .take(PEAKS)
             {
@@ -199,6 +196,31 @@ impl Growth {
     }
 }
 
+/// How far every vertex is from the cut and the boundary, by what edges cost; 0 where that is out of
+/// reach without a forbidden edge, and no place to cut to.
+fn depths(problem: &Problem, cost: &[f64], sources: &[u32]) -> Vec<f64> {
+    distances(&problem.patch.topology, cost, sources)
+        .into_iter()
+        .map(|depth| if depth.is_finite() { depth } else { 0.0 })
+        .collect()
+}
+
+/// How much it is worth to cut to a vertex for its depth: what lies deep is relieved by a cut.
+///
+/// Where seams are to be hidden, `depth`, by their cost, is great where all is seen. What counts is the
+/// depth by length then, and that more where it costs less to get there.
+fn worthwhile_depths(problem: &Problem, sources: &[u32], depth: &[f64]) -> Vec<f64> {
+    if !problem.patch.hides_seams {
+        return depth.to_vec();
+    }
+    let worth = |(length, &cost): (f64, &f64)| match cost > 0.0 {
+        true => length * length / (cost + OFFSET),
+        false => 0.0,
+    };
+    let lengths = depths(problem, &problem.patch.lengths, sources);
+    lengths.into_iter().zip(depth).map(worth).collect()
+}
+
 fn cost(problem: &Problem, path: &[u32]) -> f64 {
     path.iter().map(|&h| problem.cost[h as usize]).sum()
 }
@@ -216,4 +238,51 @@ fn several(problem: &Problem, paths: &[Vec<u32>], count: usize) -> Vec<u32> {
         }
     }
     union
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::patch::Patch;
+    use fam_surface::shapes;
+
+    /// Its left half costs a tenth of its right half.
+    #[test]
+    fn of_places_as_deep_the_cheap_one_is_worth_a_cut() {
+        let sheet = Patch::of(&shapes::rectangle(1.0, 1.0, 20, 20));
+        let goes_on = || true;
+        let depths_of = |patch: &Patch| {
+            let problem = Problem::new(patch, patch.prices.clone(), &goes_on);
+            let boundary = boundary_of(patch);
+            let depth = depths(&problem, &problem.cost, &boundary);
+            (worthwhile_depths(&problem, &boundary, &depth), depth)
+        };
+        let at = |x: f64, y: f64| {
+            let away = |v: &u32| {
+                let p = sheet.positions[*v as usize];
+                (p[0] - x).hypot(p[1] - y)
+            };
+            let all = 0..sheet.positions.len() as u32;
+            all.min_by(|a, b| away(a).total_cmp(&away(b))).unwrap() as usize
+        };
+        let [cheap, dear] = [at(0.3, 0.5), at(0.7, 0.5)];
+        let (worth, depth) = depths_of(&sheet);
+        assert_eq!(worth, depth);
+        let rate = |v: u32| match sheet.positions[v as usize][0] < 0.5 {
+            true => 0.2,
+            false => 2.0,
+        };
+        let mut hiding = Patch::of(&shapes::rectangle(1.0, 1.0, 20, 20));
+        hiding = hiding.priced(|ends| 0.5 * (rate(ends[0]) + rate(ends[1])));
+        hiding.hides_seams = true;
+        let (worth, depth) = depths_of(&hiding);
+        assert!(depth[dear] > 2.0 * depth[cheap]);
+        assert!(worth[cheap] > 2.0 * worth[dear]);
+    }
+
+    fn boundary_of(patch: &Patch) -> Vec<u32> {
+        let topology = &patch.topology;
+        let border = (0..topology.half_edges()).filter(|&h| topology.twin(h).is_none());
+        border.map(|h| topology.origin(h)).collect()
+    }
 }
