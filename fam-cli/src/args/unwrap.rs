@@ -224,7 +224,7 @@ pub struct Unwrap {
     /// Cut where little is seen: in folds, behind parts that lie before others, inside
     ///
     /// What is seen is found by ambient occlusion, with the mesh itself in the way. At the weight of
-    /// 1, which is that of the option alone, a seam costs eleven times as much where nothing hides it
+    /// 1, which is that of the option alone, a seam costs thirty-one times as much where nothing hides it
     /// as where nothing is seen. A lower weight makes shorter seams [default: 0]
     #[arg(
         long,

@@ -25,7 +25,7 @@ class Options(TypedDict, total=False):
       energy of an isometry; 4.1 by default.
     - `seam_weight`: how much a seam costs against distortion; 1 by default.
     - `hide_seams`: how much more a seam costs where the surface is seen than where it is hidden: at
-      1 eleven times as much; 0, the same everywhere, by default.
+      1 thirty-one times as much; 0, the same everywhere, by default.
     - `seen_from`: the direction from which the surface is seen, three numbers, for `hide_seams`; by
       default it is seen from all sides.
     - `hard_angle`: cut along all edges at which the surface turns by at least so many degrees; by
