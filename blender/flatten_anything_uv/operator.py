@@ -15,6 +15,20 @@ INTERVAL = 0.1
 #: What is up in Blender.
 UP = (0.0, 0.0, 1.0)
 
+#: The options that are always in view.
+FIRST = ("method", "distortion_bound", "only_selected", "other_faces")
+
+#: The others, by the names of their groups.
+GROUPS = {
+    "Seams": ("use_seams", "mark_seams", "avoid_smooth", "hard_angle", "hide_seams", "symmetry"),
+    "Charts": ("max_charts", "coverage_weight", "straighten", "upright"),
+    "Packing": ("margin", "resolution", "stack"),
+    "Density and Tiles": ("texel_density", "tiles"),
+}
+
+#: Those that do nothing where charts are packed together with those of other faces.
+NOT_TOGETHER = GROUPS["Density and Tiles"]
+
 #: What goes on to other handlers while it runs: looking around.
 NAVIGATION = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "MOUSEMOVE", "WINDOW_DEACTIVATE"}
 
@@ -29,6 +43,7 @@ class Task:
         import flatten_anything
 
         self.parts = parts
+        self.resolution = options["resolution"]
         self.first = np.cumsum([0] + [len(part.vertices) for part in parts])
         moved = list(zip(parts, self.first[:-1], strict=True))
 
@@ -74,6 +89,12 @@ class Task:
         if crossed:
             warnings.append(f"a seam crosses {crossed} faces, which may overlap others")
         return warnings
+
+    def image(self):
+        """Return a line about the image that a texel density takes, if it is not the given one."""
+        layout, *_ = self.job.result()
+        [pixels] = layout.report["finish"]["resolution"]
+        return None if pixels == self.resolution else f"The image is to have {pixels} pixels a side"
 
 
 class Changed(Exception):
@@ -174,9 +195,19 @@ class UV_OT_flatten_anything(bpy.types.Operator):
         soft_max=4.0,
         subtype="FACTOR",
     )
+    texel_density: bpy.props.FloatProperty(
+        name="Texel Density",
+        description="Pixels per unit of length in the world. The image becomes as large as that "
+        "takes, which is told; with several tiles, as many are filled as it takes. 0 for charts as "
+        "large as they fit",
+        default=0.0,
+        min=0.0,
+        soft_max=4096.0,
+    )
     tiles: bpy.props.IntProperty(
         name="UDIM Tiles",
-        description="Spread the charts over so many tiles of the image's size",
+        description="Spread the charts over so many tiles of the image's size; with a texel "
+        "density over so many at most",
         default=1,
         min=1,
         max=100,
@@ -231,21 +262,32 @@ class UV_OT_flatten_anything(bpy.types.Operator):
         return context.mode == "EDIT_MESH"
 
     @staticmethod
-    def draw_options(properties, layout):
-        for name in UV_OT_flatten_anything.__annotations__:
-            layout.prop(properties, name)
+    def draw_options(properties, layout, names):
+        together = properties.other_faces == "pack"
+        for name in names:
+            row = layout.row()
+            row.enabled = not (together and name in NOT_TOGETHER)
+            row.prop(properties, name)
+        if together and not set(NOT_TOGETHER).isdisjoint(names):
+            layout.label(text="Pack Together fills one square", icon="INFO")
 
     def draw(self, _context):
+        # Sub-panels of Blender's are for panels only, not for the popup of F9.
         self.layout.use_property_split = True
-        self.draw_options(self.properties, self.layout)
+        self.draw_options(self.properties, self.layout, FIRST)
+        for title, names in GROUPS.items():
+            self.layout.separator()
+            self.layout.label(text=title)
+            self.draw_options(self.properties, self.layout, names)
 
     def start(self, context):
         """Start the computation; None, with a report, if there is nothing to do."""
+        together = self.other_faces == "pack"
         parts = meshes.parts(
             context.objects_in_mode_unique_data,
             self.only_selected,
             self.avoid_smooth,
-            self.other_faces == "pack",
+            together,
         )
         if not parts:
             self.report({"ERROR"}, "No faces are selected")
@@ -263,7 +305,8 @@ class UV_OT_flatten_anything(bpy.types.Operator):
             "straighten": self.straighten,
             "upright": UP if self.upright else None,
             "coverage_weight": self.coverage_weight,
-            "tiles": self.tiles,
+            "texel_density": None if together else self.texel_density or None,
+            "tiles": 1 if together else self.tiles,
             "margin": min(self.margin, self.resolution / 4),
             "resolution": self.resolution,
         }
@@ -286,6 +329,8 @@ class UV_OT_flatten_anything(bpy.types.Operator):
             return {"CANCELLED"}
         for warning in warnings:
             self.report({"WARNING"}, warning)
+        if image := task.image():
+            self.report({"INFO"}, image)
         return {"FINISHED"}
 
     def execute(self, context):

@@ -1,6 +1,7 @@
 """The extension in a real Blender."""
 
 import importlib
+import re
 import time
 from types import SimpleNamespace
 
@@ -160,6 +161,49 @@ def test_equal_objects_are_stacked_and_others_spread_over_tiles() -> None:
     tiles = [np.floor(scenes.uvs(one.data)) for one in grids]
     assert all((tile == tile[0]).all() for tile in tiles)
     assert sorted(tile[0, 0] for tile in tiles) == [0, 1, 2, 3]
+
+
+def test_charts_have_the_texel_density_that_is_asked_for(monkeypatch) -> None:
+    import flatten_anything as fa
+
+    grids = [scenes.grid(1, location=(3 * k, 0, 0)) for k in range(4)]
+    scenes.edit(*grids)
+    operator = operator_module()
+    parts = operator.meshes.parts(grids, True, False, False)
+    told = []
+    own = SimpleNamespace(mark_seams=False, report=lambda _, text: told.append(text))
+    for options in ({}, {"texel_density": 100.0}):
+        assert not told
+        task = operator.Task(parts, use_seams=True, **options, **SQUARE)
+        assert operator.UV_OT_flatten_anything.end(own, task) == {"FINISHED"}
+    side = int(re.fullmatch(r"The image is to have (\d+) pixels a side", *told)[1])
+    # Two grids in a row, a margin between them and half of one at each border.
+    assert 208 <= side <= 212
+    scenes.leave()
+
+    def pixels(of_image):
+        found = []
+        for one in grids:
+            positions, corners, uvs = scenes.triangles(one.data)
+            found.append(of_image * sides(uvs) / sides(positions[corners]))
+        return np.concatenate(found)
+
+    assert np.allclose(pixels(side), 100, rtol=1e-3)
+    # A tile has room for one of them.
+    options = {"texel_density": 100.0, "resolution": 128}
+    assert scenes.unwrap(*grids, tiles=4, **options) == {"FINISHED"}
+    assert np.allclose(pixels(128), 100, rtol=1e-3)
+    tiles = [np.floor(scenes.uvs(one.data))[0, 0] for one in grids]
+    assert sorted(tiles) == [0, 1, 2, 3]
+    scenes.edit(*grids)
+    with pytest.raises(RuntimeError, match="need 4 tiles, but there may be 3"):
+        bpy.ops.uv.flatten_anything(tiles=3, **options)
+    # Packed together, they are in one square, whatever else is asked for.
+    unwrap, given = fa.unwrap, []
+    monkeypatch.setattr(fa, "unwrap", lambda *a, **k: given.append(k) or unwrap(*a, **k))
+    assert bpy.ops.uv.flatten_anything(tiles=4, other_faces="pack", **options) == {"FINISHED"}
+    assert given[0]["tiles"] == 1 and given[0]["texel_density"] is None
+    scenes.leave()
 
 
 def test_options_of_shapes_reach_the_layout(monkeypatch) -> None:
@@ -449,13 +493,73 @@ def test_errors_are_reports_of_one_line() -> None:
     scenes.leave()
 
 
+def panels():
+    """The panel, and its parts in the order of their names."""
+    names = [name for name in dir(bpy.types) if name.startswith("IMAGE_PT_flatten_anything")]
+    return [getattr(bpy.types, name) for name in sorted(names)]
+
+
 def test_menus_and_the_panel_are_there_and_go_away() -> None:
     module = "bl_ext.user_default.flatten_anything_uv"
-    assert hasattr(bpy.types, "IMAGE_PT_flatten_anything")
+    count = len(panels())
+    assert count > 1
     bpy.ops.preferences.addon_disable(module=module)
-    assert not hasattr(bpy.types, "IMAGE_PT_flatten_anything")
+    assert not panels()
     bpy.ops.preferences.addon_enable(module=module)
-    assert hasattr(bpy.types, "IMAGE_PT_flatten_anything")
+    assert len(panels()) == count
+
+
+class Drawn:
+    """A layout that keeps what is drawn: there is no window."""
+
+    def __init__(self, found=None):
+        self.found = [] if found is None else found
+        self.enabled = True
+
+    def row(self):
+        return Drawn(self.found)
+
+    def prop(self, _properties, name):
+        self.found.append((name, self.enabled))
+
+    def label(self, text, icon="NONE"):
+        self.found.append((text, icon))
+
+    def operator(self, name):
+        self.found.append((name, self.enabled))
+
+    def separator(self):
+        pass
+
+
+def test_every_option_is_in_one_part_of_the_panel() -> None:
+    kind = operator_module().UV_OT_flatten_anything
+    options = sorted(kind.__annotations__)
+    last = bpy.context.window_manager.operator_properties_last(kind.bl_idname)
+    redo = {"properties": last, "draw_options": kind.draw_options}
+
+    def drawn(by, **own):
+        layout = Drawn()
+        by.draw(SimpleNamespace(layout=layout, **own), bpy.context)
+        return layout.found
+
+    scenes.edit(scenes.monkey())
+    whole, *parts = panels()
+    for part in parts:
+        assert part.bl_parent_id == whole.__name__ and part.bl_options == {"DEFAULT_CLOSED"}
+    assert all(panel.poll(bpy.context) for panel in panels())
+    assert drawn(whole)[0] == (kind.bl_idname, True)
+    for other_faces, idle in (("keep", []), ("pack", ["texel_density", "tiles"])):
+        last.other_faces = other_faces
+        for found in ([one for panel in panels() for one in drawn(panel)], drawn(kind, **redo)):
+            own = [one for one in found if one[0] in options]
+            assert sorted(name for name, _ in own) == options
+            assert sorted(name for name, is_enabled in own if not is_enabled) == idle
+            reasons = [text for text, icon in found if icon == "INFO"]
+            assert reasons == (["Pack Together fills one square"] if idle else [])
+    last.other_faces = "keep"
+    scenes.leave()
+    assert not any(panel.poll(bpy.context) for panel in panels())
 
 
 def test_faces_that_a_seam_crosses_are_counted() -> None:
