@@ -39,7 +39,8 @@ pub use backend::{Backend, Job};
 pub use failure::Failure;
 pub use kept::all_but;
 pub use marks::marks;
-pub use parting::parting;
+pub use parting::{Squares, parting, weighted};
+pub use weights::Weight;
 
 use again::Again;
 use args::{Arguments, Command};

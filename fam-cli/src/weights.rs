@@ -1,28 +1,47 @@
 //! `--weight`: more texels for a material or an object.
 
+use fam::WEIGHTS;
+use fam_io::Labels;
 use serde::{Deserialize, Serialize};
+
+use crate::failure::Failure;
 
 /// A material or an object and by which factor its texel density is higher than that of others.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Weight {
+    /// The name of the material or the object.
     pub name: String,
+    /// The factor, within [`WEIGHTS`].
     pub factor: f64,
 }
 
-/// Most that a weight may be, and the least is one over it: charts beyond are no texel wide.
-const MOST: f64 = 1000.0;
+impl Weight {
+    /// Puts the factor in the place of those of the triangles that it is for; there is one for every
+    /// triangle.
+    ///
+    /// # Errors
+    /// There is no material and no object of the name.
+    pub(crate) fn give(&self, labels: &Labels, factors: &mut [f64]) -> Result<(), Failure> {
+        let named = labels.named(&self.name, factors.len());
+        for t in named.map_err(Failure::input)? {
+            factors[t as usize] = self.factor;
+        }
+        Ok(())
+    }
+}
 
 /// `NAME=FACTOR`. The name may have equals signs.
 pub fn weight(text: &str) -> Result<Weight, String> {
     let (name, factor) = text.rsplit_once('=').ok_or("it has no =FACTOR")?;
     match factor.parse() {
-        Ok(factor) if (1.0 / MOST..=MOST).contains(&factor) => Ok(Weight {
+        Ok(factor) if WEIGHTS.contains(&factor) => Ok(Weight {
             name: name.to_owned(),
             factor,
         }),
         _ => Err(format!(
-            "{factor:?} is no factor from {} to {MOST}",
-            1.0 / MOST
+            "{factor:?} is no factor from {} to {}",
+            WEIGHTS.start(),
+            WEIGHTS.end()
         )),
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use burn_flex::Flex;
 use fam::{Kept, Options, Parting, Unwrapped, Uvs, in_a_row};
-use fam_cli::{BackendName, all_but, marks};
+use fam_cli::{BackendName, Squares, Weight, all_but, marks, weighted};
 use fam_core::atlas::Atlas;
 use fam_layout::Marks;
 use fam_surface::charts::charts;
@@ -23,8 +23,9 @@ use crate::map::Map;
 use crate::settings::Settings;
 use crate::unwrapped::Told;
 
-/// The job that unwraps a mesh. `objects`, `materials` and `selected` have an entry for every face, `paint`
-/// one for every vertex, and `uvs` `[C, 2]` one for every corner of the faces.
+/// The job that unwraps a mesh. `objects`, `materials`, `weights` and `selected` have an entry for every
+/// face, `paint` one for every vertex, and `uvs` `[C, 2]` one for every corner of the faces. Each material has
+/// a square of its own, or each object if they are `per_object`.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "Python names them")]
 pub fn unwrap(
@@ -34,6 +35,8 @@ pub fn unwrap(
     sizes: Option<PyReadonlyArray1<'_, u32>>,
     objects: Option<Vec<u32>>,
     materials: Option<Vec<u32>>,
+    per_object: bool,
+    weights: Option<PyReadonlyArray1<'_, f64>>,
     uvs: Option<PyReadonlyArray2<'_, f32>>,
     selected: Option<Vec<bool>>,
     paint: Option<PyReadonlyArray1<'_, f64>>,
@@ -44,15 +47,24 @@ pub fn unwrap(
         let positions = rows(&positions)?;
         let faces = Faces::new(&corners, sizes.as_ref())?;
         let uvs = uvs.as_ref().map(rows).transpose()?;
-        let paint = paint.map_or_else(Vec::new, |paint| paint.as_array().to_vec());
+        let numbers = |array: PyReadonlyArray1<'_, f64>| array.as_array().to_vec();
+        let paint = paint.map_or_else(Vec::new, numbers);
+        let weights = weights.map(numbers);
         let mut wishes = Wishes::of(&asked)?;
         let mut options = settings.options(Parting::default())?;
         let backend = settings.backend()?;
         Job::start(move |signal| {
             let mesh = PolygonMesh::new(positions, &faces)?;
+            let mut parting = parting(&mesh, objects.as_deref(), materials.as_deref());
+            if per_object {
+                parting = parting.with_square_per_label();
+            }
+            if let Some(weights) = weights {
+                parting = parting.with_weights(&mesh.of_triangles(&weights));
+            }
             options.parting = Parting {
                 duplicates: options.parting.duplicates,
-                ..parting(&mesh, objects.as_deref(), materials.as_deref())
+                ..parting
             };
             let uvs = uvs.map(|uvs| mesh.uv_map(&uvs)).transpose()?;
             let bound = options.layout.distortion_bound;
@@ -73,14 +85,16 @@ pub fn unwrap(
 }
 
 /// The job that unwraps the mesh of a file, whose faces are its triangles; with a square for every
-/// material if they are `per_material`. `only` are names of materials and objects, `selected` and `paint`
-/// those of attributes of the vertices.
+/// material or object if they are `per_material` or `per_object`. `weights` and `only` are for materials and
+/// objects by their names, `selected` and `paint` are names of attributes of the vertices.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "Python names them")]
 pub fn unwrap_file(
     py: Python<'_>,
     file: &File,
     per_material: bool,
+    per_object: bool,
+    weights: Vec<(String, f64)>,
     only: Vec<String>,
     selected: Option<String>,
     paint: Option<String>,
@@ -90,7 +104,13 @@ pub fn unwrap_file(
     let start = || {
         let document = Arc::clone(file.document());
         let mut wishes = Wishes::of(&asked)?;
-        let parting = fam_cli::parting(document.labels(), per_material);
+        let squares = Squares::of(per_material, per_object);
+        let weights: Vec<Weight> = weights
+            .into_iter()
+            .map(|(name, factor)| Weight { name, factor })
+            .collect();
+        let parting = fam_cli::parting(document.labels(), squares);
+        let parting = weighted(&document, parting, &weights)?;
         let mut options = settings.options(parting)?;
         let backend = settings.backend()?;
         Job::start(move |signal| {

@@ -24,6 +24,7 @@ pub struct Settings {
     hard_angle: Option<f64>,
     paint_weight: f64,
     crease_weight: f64,
+    tear_weight: f64,
     symmetry: String,
     stack: String,
     straighten: bool,
@@ -55,6 +56,7 @@ impl Settings {
             hard_angle: self.hard_angle,
             paint_weight: self.paint_weight,
             crease_weight: self.crease_weight,
+            tear_weight: self.tear_weight,
             symmetry: self.symmetry()?,
             stack: self.stack()?,
             straighten: self.straighten,
@@ -66,7 +68,6 @@ impl Settings {
             texel_density: self.texel_density,
             tiles: self.tiles,
             whole_texels: self.whole_texels,
-            ..LayoutConfig::default()
         };
         match config.problem() {
             None => Ok(config),

@@ -107,6 +107,14 @@ def test_options_on_files_are_those_of_the_program(tmp_path: Path) -> None:
         ("tube.ply", ["--paint", "side=2"], {"paint": "side", "paint_weight": 2}),
         ("first-tube.ply", ["--selected", "side"], {"selected": "side"}),
         ("parts.obj", ["--crease-weight", "9"], {"crease_weight": 9}),
+        ("parts.obj", ["--per-material"], {"materials": True}),
+        ("parts.obj", ["--per-object"], {"per_object": True}),
+        ("parts.obj", ["--weight", "metal=2"], {"weight": {"metal": 2}}),
+        (
+            "parts.obj",
+            ["--weight", "tube=0.5", "--weight", "metal=3", "--per-object"],
+            {"weight": {"tube": 0.5, "metal": 3}, "per_object": True},
+        ),
         ("first-parts.obj", ["--keep-seams"], {"keep_seams": True}),
         ("first-parts.obj", ["--improve"], {"improve": True}),
         ("first-parts.obj", ["--only", "metal"], {"only": ["metal"]}),
@@ -119,6 +127,8 @@ def test_options_on_files_are_those_of_the_program(tmp_path: Path) -> None:
         file.write(tmp_path / f"own-{name}", fa.unwrap(file, **options))
         own = (tmp_path / f"own-{name}").read_bytes()
         assert own == (tmp_path / "out" / name).read_bytes(), options
+        file.write(tmp_path / f"own-{name}", fa.unwrap(file))
+        assert own != (tmp_path / f"own-{name}").read_bytes(), options
     file = fa.read(tmp_path / "first-parts.obj")
     metal = fa.unwrap(file, only="metal", hard_angle=60)
     assert file.materials is not None and file.uvs is not None
@@ -129,12 +139,50 @@ def test_options_on_files_are_those_of_the_program(tmp_path: Path) -> None:
         (bare, {"keep_seams": True}, "no texture coordinates on all of the faces"),
         (bare, {"only": "metal"}, "no texture coordinates on all of the faces"),
         (file, {"only": "hair"}, "no material or object `hair`; there are skin, metal"),
+        (bare, {"weight": {"skin": 2, "hair": 3}}, "no material or object `hair`; there are skin"),
+        (file, {"weight": {"skin": 0}}, "weight must lie in 0.001..=1000"),
+        (file, {"weight": {"skin": "2"}}, "weight of 'skin' must be a number"),
+        (file, {"weight": [2, 3]}, "weight must be numbers by names"),
+        (file, {"materials": True, "per_object": True}, "squares of their own, not both"),
         (file, {"paint": "side"}, "no attribute `side`"),
         (file, {"selected": [True]}, "selected is the name of an attribute"),
         (file, {"uvs": file.uvs, "keep_seams": True}, "a file has its own faces"),
     ]:
         with pytest.raises(fa.InputError, match=message):
             fa.unwrap(one, **options)
+
+
+def test_what_has_several_weights_has_the_last(tmp_path: Path) -> None:
+    write_parts(tmp_path / "parts.obj")
+    file = fa.read(tmp_path / "parts.obj")
+    assert file.faces is not None and file.materials is not None
+    sides = file.vertices[file.faces[:, 1]] - file.vertices[file.faces[:, 0]]
+    for weight, expected in (
+        ({"metal": 2}, 2),
+        ({"metal": 3, "cube": 2}, 2),
+        ({"cube": 2, "metal": 3}, 3),
+        ({"tube": 0.5, "skin": 4}, 0.25),
+    ):
+        uvs = np.asarray(fa.unwrap(file, weight=weight).uvs)
+        texels = np.linalg.norm(uvs[:, 1] - uvs[:, 0], axis=1) / np.linalg.norm(sides, axis=1)
+        found = [np.median(texels[file.materials == material]) for material in (0, 1)]
+        assert found[1] / found[0] == pytest.approx(expected, rel=0.03), weight
+
+
+def test_seams_follow_the_tears_of_a_map(tmp_path: Path) -> None:
+    write_tube(tmp_path / "tube.ply")
+    training = ["--method", "neural", "--iterations", "30", "--seed", "1"]
+    call = [*PROGRAM, "unwrap", "tube.ply", "-q", "-o", "out", *training, "--tear-weight", "9"]
+    subprocess.run(call, cwd=tmp_path, check=True)
+    file = fa.read(tmp_path / "tube.ply")
+    written = []
+    for tear_weight in (9, 0):
+        layout = fa.unwrap(
+            file, method="neural", iterations=30, seed=1, backend="flex", tear_weight=tear_weight
+        )
+        file.write(tmp_path / "own.ply", layout)
+        written.append((tmp_path / "own.ply").read_bytes())
+    assert written[0] == (tmp_path / "out" / "tube.ply").read_bytes() != written[1]
 
 
 def test_the_program_writes_the_same_bytes(tmp_path: Path) -> None:
@@ -184,6 +232,8 @@ def test_options_of_trimesh_meshes_are_those_of_arrays() -> None:
         {"materials": halves},
         {"distortion_bound": 4.02},
         {"paint": mesh.vertices[:, 2]},
+        {"objects": halves, "per_object": True},
+        {"weight": halves + 1.0},
     ):
         given = fa.from_trimesh(mesh, **options)
         expected = fa.unwrap(mesh.vertices, mesh.faces, **options)

@@ -70,6 +70,46 @@ def test_options_are_kept() -> None:
     assert quick.warnings[0] == "finishing was stopped early"
 
 
+def texels(vertices: np.ndarray, faces: np.ndarray, layout: fa.Layout) -> np.ndarray:
+    """The length of a side in the square against that on the surface, of every triangle."""
+    lengths = [
+        np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).sum(axis=1)
+        for corners in (layout.uvs, vertices[faces])
+    ]
+    return lengths[0] / lengths[1]
+
+
+def test_faces_have_as_many_texels_as_they_are_worth() -> None:
+    vertices, faces = shapes.torus()
+    halves = vertices[faces].mean(axis=1)[:, 0] > 0
+    layout = fa.unwrap(vertices, faces, weight=np.where(halves, 3, 1))
+    assert not set(layout.charts[halves]) & set(layout.charts[~halves])
+    found = texels(vertices, faces, layout)
+    assert found[halves].mean() / found[~halves].mean() == pytest.approx(3, rel=0.02)
+    assert layout.squares is None and layout.metrics["overlapping_pairs"] == 0
+    # Polygons have one number, too.
+    corners, quads = shapes.cube()
+    cube = fa.unwrap(corners, quads, weight=[2, 1, 1, 1, 1, 1], hard_angle=60)
+    areas = [np.linalg.norm(uvs[1] - uvs[0]) for uvs in cube.uvs]
+    assert areas[0] / areas[1] == pytest.approx(2, rel=1e-3)
+
+
+def test_objects_have_squares_of_their_own() -> None:
+    vertices, faces = shapes.torus()
+    halves = vertices[faces].mean(axis=1)[:, 0] > 0
+    layout = fa.unwrap(vertices, faces, objects=halves, per_object=True)
+    assert layout.squares is not None and (layout.squares == halves).all()
+    assert fa.unwrap(vertices, faces, objects=halves).squares is None
+    # A part with another weight stays in the square of its object.
+    high = vertices[faces].mean(axis=1)[:, 2] > 0
+    weight = np.where(halves & high, 2.0, 1.0)
+    both = fa.unwrap(vertices, faces, objects=halves, per_object=True, weight=weight)
+    assert both.squares is not None and (both.squares == halves).all()
+    found = texels(vertices, faces, both)
+    ratio = found[halves & high].mean() / found[halves & ~high].mean()
+    assert ratio == pytest.approx(2, rel=0.02)
+
+
 def test_seams_are_where_nobody_painted() -> None:
     vertices, faces = shapes.tube()
     towards = vertices[:, 0] * 0.6 + vertices[:, 1] * 0.8
@@ -150,6 +190,12 @@ def test_uvs_that_cannot_be_kept_are_named() -> None:
         ({"paint": some}, "paint must be one number for each of the 288 vertices"),
         ({"paint": broken}, r"paint\[5\] is not a finite number"),
         ({"paint_weight": -1}, "paint_weight must lie"),
+        ({"weight": some[1:]}, "weight must be one number for each of the 576 faces"),
+        ({"weight": np.where(some, np.nan, 1)}, r"weight\[0\] is not a finite number"),
+        ({"weight": some}, r"weight must lie in 0\.001\.\.=1000"),
+        ({"weight": {"skin": 2}}, "weight has names for files only"),
+        ({"per_object": True}, "per_object needs objects"),
+        ({"per_object": True, "objects": some, "materials": some}, "squares of their own, not"),
     ]
     for given, message in cases:
         with pytest.raises(fa.InputError, match=message):
@@ -264,6 +310,7 @@ def test_arrays_that_make_no_sense_are_named() -> None:
         ({"seen_from": [0, 1]}, "seen_from must be three numbers"),
         ({"hard_angle": 200}, "hard_angle must lie"),
         ({"crease_weight": 10}, "crease_weight must lie"),
+        ({"tear_weight": 10}, "tear_weight must lie"),
         ({"symmetry": "w"}, "there is no symmetry"),
         ({"stack": "all"}, "there is no stack"),
         ({"upright": [0, 0, 0]}, "upright must be a direction"),

@@ -48,7 +48,7 @@ pub use layout::{LaidOut, MarksReport, Uvs};
 pub use measured::in_a_row;
 pub use method::{FinishMode, Method, Used};
 pub use options::Options;
-pub use parting::Parting;
+pub use parting::{Parting, WEIGHTS};
 pub use pipeline::{unwrap, unwrap_direct};
 pub use progress::{Observer, Progress};
 pub use report::Report;

@@ -1,9 +1,13 @@
 //! Which triangles belong together.
 
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 
 use fam_core::atlas::Division;
 use fam_surface::Duplicates;
+
+/// How many times as large as others charts may be: beyond this range some are no texel wide.
+pub const WEIGHTS: RangeInclusive<f64> = 0.001..=1000.0;
 
 /// Which triangles belong together, and which share a UV square.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -13,7 +17,8 @@ pub struct Parting {
     pub labels: Vec<u32>,
     /// For every label the UV square that its charts are in. Empty if all share one.
     pub squares: Vec<u32>,
-    /// For every label how many times as large as others its charts are. Empty if all are alike.
+    /// For every label how many times as large as others its charts are, within [`WEIGHTS`]. Empty if
+    /// all are alike.
     pub weights: Vec<f64>,
     /// What becomes of triangles that repeat others.
     pub duplicates: Duplicates,
@@ -38,6 +43,33 @@ impl Parting {
             self.squares[label as usize] = square;
         }
         self
+    }
+
+    /// The same with `weights`, one for every triangle: triangles of different ones are apart, too.
+    pub fn with_weights(self, weights: &[f64]) -> Self {
+        let pair = |(t, weight): (usize, &f64)| {
+            let label = self.labels.get(t).copied().unwrap_or(0);
+            // Positive numbers are in the order of their bits.
+            (label, weight.to_bits())
+        };
+        let pairs: Vec<(u32, u64)> = weights.iter().enumerate().map(pair).collect();
+        let mut apart = pairs.clone();
+        apart.sort_unstable();
+        apart.dedup();
+        let square = |&(label, _): &(u32, u64)| self.squares.get(label as usize).copied();
+        let number = |pair: &(u32, u64)| apart.partition_point(|other| other < pair) as u32;
+        Self {
+            labels: pairs.iter().map(number).collect(),
+            squares: apart.iter().filter_map(square).collect(),
+            weights: apart.iter().map(|pair| f64::from_bits(pair.1)).collect(),
+            duplicates: self.duplicates,
+        }
+    }
+
+    /// What keeps surfaces from being unwrapped so, if anything.
+    pub(crate) fn problem(&self) -> Option<&'static str> {
+        let is_fine = self.weights.iter().all(|weight| WEIGHTS.contains(weight));
+        (!is_fine).then_some("weight must lie in 0.001..=1000")
     }
 
     /// Objects and materials are apart, each material with a square of its own. `materials` has one
@@ -101,5 +133,25 @@ mod tests {
         assert_eq!([4, 0, 2].map(|label: usize| own.squares[label]), [2, 0, 1]);
         assert_eq!(own.uv_squares(), 3);
         assert_eq!(Parting::default().with_square_per_label().uv_squares(), 1);
+    }
+
+    #[test]
+    fn triangles_of_other_weights_are_apart_and_stay_in_their_squares() {
+        let weights = [2.0, 0.5, 2.0, 1.0, 1.0];
+        let own = Parting::by_object(&[4, 4, 0, 0, 0]).with_square_per_label();
+        let weighted = own.clone().with_weights(&weights);
+        for (t, weight) in weights.into_iter().enumerate() {
+            let label = weighted.labels[t] as usize;
+            assert_eq!(weighted.weights[label], weight);
+            assert_eq!(weighted.squares[label], own.squares[own.labels[t] as usize]);
+        }
+        assert_eq!(weighted.labels, [3, 2, 1, 0, 0]);
+        assert_eq!(weighted.problem(), None);
+        let all = Parting::default().with_weights(&weights);
+        assert_eq!((all.labels, all.squares), (vec![2, 0, 2, 1, 1], vec![]));
+        for weight in [0.0, -1.0, 1e4, f64::NAN] {
+            let bad = Parting::default().with_weights(&[1.0, weight]);
+            assert!(bad.problem().is_some(), "{weight}");
+        }
     }
 }

@@ -266,7 +266,7 @@ fn both_metrics(
 }
 
 fn check(options: &Options) -> Result<(), UnwrapError> {
-    match options.layout.problem() {
+    match options.layout.problem().or(options.parting.problem()) {
         Some(problem) => Err(UnwrapError::Config(problem)),
         None => Ok(()),
     }

@@ -55,8 +55,9 @@ pub struct Pack {
 
     /// Give the charts of a material or an object FACTOR times the length against others; may be repeated
     ///
-    /// A chart that has triangles of several gets the largest factor among them, where those without any
-    /// have 1. With several files, the materials and objects of that name of all of them count.
+    /// A triangle of a material and of an object that both have a factor gets the one that is named last, a
+    /// chart the largest factor among its triangles, where those without any have 1. With several files, the
+    /// materials and objects of that name of all of them count.
     #[arg(long, value_name = "NAME=FACTOR", value_parser = crate::weights::weight)]
     pub weight: Vec<Weight>,
 

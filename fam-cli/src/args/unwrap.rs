@@ -5,6 +5,7 @@ use fam_layout::Symmetry;
 use serde::{Deserialize, Serialize};
 
 use crate::paint::Paint;
+use crate::parting::Squares;
 use crate::shard::Shard;
 use crate::weights::Weight;
 
@@ -349,6 +350,8 @@ pub struct Unwrap {
 
     /// Give a material or an object FACTOR times as many texels along every length as others; may be
     /// repeated
+    ///
+    /// A triangle of a material and of an object that both have a factor gets the one that is named last.
     #[arg(
         long,
         value_name = "NAME=FACTOR",
@@ -461,6 +464,13 @@ pub struct Unwrap {
     /// Print a summary as JSON on standard output
     #[arg(long)]
     pub json: bool,
+}
+
+impl Unwrap {
+    /// Which triangles share a UV square.
+    pub fn squares(&self) -> Squares {
+        Squares::of(self.per_material, self.per_object)
+    }
 }
 
 impl Default for Unwrap {

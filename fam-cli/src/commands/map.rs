@@ -12,7 +12,7 @@ use crate::args;
 use crate::backend::{Backend, Job};
 use crate::failure::{Failure, SUCCESS};
 use crate::interrupt::{INTERRUPTED, stop_on_interrupt};
-use crate::parting::parting;
+use crate::parting::{Squares, parting};
 use crate::terminal::print_line;
 
 /// UVs of a file's points from a trained model.
@@ -57,7 +57,8 @@ pub fn map(arguments: &args::Map) -> Result<u8, Failure> {
     }
     let document = fam_io::read_surface(&arguments.input).map_err(Failure::input)?;
     warn(document.warnings());
-    let parting = parting(document.labels(), arguments.per_material);
+    let squares = Squares::of(arguments.per_material, false);
+    let parting = parting(document.labels(), squares);
     let uvs = backend
         .run(Evaluate {
             model: &model,

@@ -161,15 +161,8 @@ impl Source {
 fn weigh(sources: &mut [Source], weight: &Weight) -> Result<(), Failure> {
     let mut unknown = Vec::new();
     for source in &mut *sources {
-        let labels = source.document.labels();
-        match labels.named(&weight.name, source.factors.len()) {
-            Ok(named) => named
-                .iter()
-                .for_each(|&t| source.factors[t as usize] = weight.factor),
-            Err(error) => {
-                let path = source.path.display().to_string();
-                unknown.push(Failure::input(error).of(&path));
-            }
+        if let Err(failure) = weight.give(source.document.labels(), &mut source.factors) {
+            unknown.push(failure.of(&source.path.display().to_string()));
         }
     }
     match unknown.len() == sources.len() {

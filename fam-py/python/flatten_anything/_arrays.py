@@ -135,12 +135,12 @@ def flags(of: npt.ArrayLike, count: int, name: str) -> list[bool]:
     return found
 
 
-def per_vertex(of: npt.ArrayLike, count: int, name: str) -> Floats:
-    """Return a finite number for every vertex."""
+def per_each(of: npt.ArrayLike, count: int, name: str, things: str) -> Floats:
+    """Return a finite number for every one of so many vertices or faces."""
     array = _array(of, name)
     array = numbers(array.astype(float) if array.dtype.kind == "b" else array, name)
     if array.shape != (count,):
-        raise InputError(f"{name} must be one number for each of the {count} vertices")
+        raise InputError(f"{name} must be one number for each of the {count} {things}")
     if not np.isfinite(array).all():
         bad = int(np.flatnonzero(~np.isfinite(array))[0])
         raise InputError(f"{name}[{bad}] is not a finite number")

@@ -36,7 +36,7 @@ class Layout:
     charts: Indices
     """The chart of every face `[M]`, counting from 0; a face without area has one of its own."""
     squares: Indices | None
-    """The UV square of every face `[M]`, if materials have squares of their own."""
+    """The UV square of every face `[M]`, if materials or objects have squares of their own."""
     seams: npt.NDArray[np.uint32]
     """Edges `[K, 2]` along which the mesh is cut, by the vertices of the input."""
     metrics: dict[str, Any]

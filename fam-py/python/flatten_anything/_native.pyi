@@ -74,6 +74,8 @@ def unwrap(
     sizes: _Indices | None,
     objects: list[int] | None,
     materials: list[int] | None,
+    per_object: bool,
+    weights: _Floats | None,
     uvs: _Singles | None,
     selected: list[bool] | None,
     paint: _Floats | None,
@@ -83,6 +85,8 @@ def unwrap(
 def unwrap_file(
     file: File,
     per_material: bool,
+    per_object: bool,
+    weights: list[tuple[str, float]],
     only: list[str],
     selected: str | None,
     paint: str | None,

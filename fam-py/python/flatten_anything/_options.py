@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numbers
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal, TypedDict, cast
 
 from ._errors import InputError
@@ -33,6 +33,7 @@ class Options(TypedDict, total=False):
     - `paint_weight`: how much more a seam costs where `paint` says so: at 1, the default, eleven
       times as much at a paint of 1 as at 0.
     - `crease_weight`: how many tenths cheaper a seam is along a right-angled crease; 1 by default.
+    - `tear_weight`: the same along the tears of a trained map; 1 by default.
     - `symmetry`: the plane in which layouts are mirrored: `off` by default; `auto` finds it; `x`,
       `y` and `z` are across that axis.
     - `stack`: parts that share their place in the square: `none` by default, `identical` ones, or
@@ -64,6 +65,7 @@ class Options(TypedDict, total=False):
     hard_angle: float | None
     paint_weight: float
     crease_weight: float
+    tear_weight: float
     symmetry: Symmetry
     stack: Stack
     straighten: bool
@@ -92,6 +94,7 @@ _DEFAULTS: Options = {
     "hard_angle": None,
     "paint_weight": 1.0,
     "crease_weight": 1.0,
+    "tear_weight": 1.0,
     "symmetry": "off",
     "stack": "none",
     "straighten": False,
@@ -133,6 +136,7 @@ _NUMBERS = {
     "margin",
     "paint_weight",
     "seam_weight",
+    "tear_weight",
     "texel_density",
     "time_budget",
 }
@@ -176,6 +180,15 @@ def number(name: str, value: Any) -> float:
     if isinstance(value, numbers.Real):
         return float(value)
     raise InputError(f"{name} must be a number, not {value!r}")
+
+
+def by_name(option: str, value: Any) -> list[tuple[str, float]]:
+    """Return the names of an option that is numbers by names, with their numbers."""
+    if value is None:
+        return []
+    if isinstance(value, Mapping) and all(isinstance(name, str) for name in value):
+        return [(name, number(f"{option} of {name!r}", of)) for name, of in value.items()]
+    raise InputError(f"{option} must be numbers by names, not {value!r}")
 
 
 def whole(name: str, value: Any, largest: int = 2**32 - 1) -> int:

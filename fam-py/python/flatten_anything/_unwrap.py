@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Unpack
 
 import numpy as np
@@ -16,7 +16,7 @@ from ._files import File
 from ._job import Observer, wait
 from ._layout import Layout, PointLayout, layout_of, point_layout_of
 from ._maps import _normals
-from ._options import Options, complete
+from ._options import Options, by_name, complete
 
 
 def unwrap(
@@ -28,6 +28,8 @@ def unwrap(
     paint: npt.ArrayLike | None = None,
     objects: npt.ArrayLike | None = None,
     materials: npt.ArrayLike | bool | None = None,
+    per_object: bool = False,
+    weight: npt.ArrayLike | Mapping[str, float] | None = None,
     uvs: npt.ArrayLike | Sequence[npt.ArrayLike] | None = None,
     keep_seams: bool = False,
     improve: bool = False,
@@ -49,6 +51,11 @@ def unwrap(
     - `objects`: an integer for each face; faces of different objects are in different charts.
     - `materials`: an integer for each face; each material has a UV square of its own. Of a file,
       True takes its materials.
+    - `per_object`: whether each object has a UV square of its own instead.
+    - `weight`: how many times as many texels along every length a face has as others: a number for
+      each face, from 0.001 to 1000. Faces of different numbers are in different charts. Of a file,
+      numbers by the names of materials and objects, `{"face": 2}`; others have 1, and a face of
+      several has the last.
     - `progress`: is called about ten times a second; what it raises cancels.
     - `options`: those of `Options`.
 
@@ -72,6 +79,8 @@ def unwrap(
     others = (seams, no_seams, selected)
     if improve and (keep_seams or only or any(one is not None for one in others)):
         raise InputError("improve goes without seams, no_seams, keep_seams, selected and only")
+    if per_object and materials is not None and materials is not False:
+        raise InputError("materials or objects have squares of their own, not both")
     if isinstance(vertices, File):
         positions = vertices.vertices
     else:
@@ -92,6 +101,8 @@ def unwrap(
         job = _native.unwrap_file(
             vertices._native,
             materials is True,
+            bool(per_object),
+            by_name("weight", weight),
             names,
             _attribute(selected, "selected"),
             _attribute(paint, "paint"),
@@ -103,6 +114,10 @@ def unwrap(
         raise InputError("a mesh has faces; a cloud of points takes unwrap_points")
     if names:
         raise InputError("only is for files, which have names; selected is for arrays")
+    if isinstance(weight, Mapping):
+        raise InputError("weight has names for files only; of arrays it is a number for each face")
+    if per_object and objects is None:
+        raise InputError("per_object needs objects")
     given = _arrays.faces(faces, len(positions))
     if (uvs is not None) != (keep_seams or improve or selected is not None):
         raise InputError("keep_seams, improve and selected need uvs, and nothing else does")
@@ -115,9 +130,11 @@ def unwrap(
         given.sizes,
         _arrays.per_face(objects, len(given), "objects"),
         _arrays.per_face(materials, len(given), "materials"),
+        bool(per_object),
+        None if weight is None else _arrays.per_each(weight, len(given), "weight", "faces"),
         None if uvs is None else _arrays.face_uvs(uvs, given, "uvs"),
         chosen,
-        None if paint is None else _arrays.per_vertex(paint, len(positions), "paint"),
+        None if paint is None else _arrays.per_each(paint, len(positions), "paint", "vertices"),
         asked,
         settings,
     )
@@ -164,6 +181,8 @@ def unwrap_meshes(
         np.concatenate(corners),
         np.concatenate(sizes),
         objects,
+        None,
+        False,
         None,
         None,
         None,

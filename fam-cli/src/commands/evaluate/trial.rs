@@ -15,7 +15,7 @@ use super::table::{Outcome, Row};
 use crate::backend::{Backend, Job};
 use crate::failure::Failure;
 use crate::marks::Marked;
-use crate::parting::parting;
+use crate::parting::{Squares, parting};
 use crate::progress::{ProgressMode, UnwrapProgress};
 
 /// The distortion bound of the last row.
@@ -53,7 +53,7 @@ impl Trial<'_> {
             let reason = "it is a point cloud; the table is of meshes";
             return Err(Failure::input(reason).of(&name));
         };
-        let parting = parting(document.labels(), false);
+        let parting = parting(document.labels(), Squares::One);
         let raw = match &self.source {
             Source::Training => self.train(document.surface(), &parting),
             Source::Model(model) => self.load(model, mesh, &parting),

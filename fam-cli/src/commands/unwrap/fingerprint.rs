@@ -70,8 +70,9 @@ impl Run {
         let label = Label {
             input: content.hash(),
             options: format!(
-                "{training} {} {} {:?} {}",
-                arguments.per_material,
+                "{training} {:?} {:?} {} {:?} {}",
+                arguments.squares(),
+                arguments.weight,
                 arguments.separate_duplicates,
                 arguments.time_budget,
                 backend.name(),

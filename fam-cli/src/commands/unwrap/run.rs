@@ -179,15 +179,8 @@ impl Run {
             }
             _ => None,
         };
-        let in_squares = match arguments.per_object {
-            true => Parting::by_object(&document.labels().objects).with_square_per_label(),
-            false => parting(document.labels(), arguments.per_material),
-        };
-        let triangles = match surface {
-            Surface::Mesh(mesh) => mesh.triangles().len(),
-            Surface::PointCloud(_) => 0,
-        };
-        let parting = weighted(document.labels(), triangles, in_squares, &arguments.weight)
+        let in_squares = parting(document.labels(), arguments.squares());
+        let parting = weighted(document, in_squares, &arguments.weight)
             .map_err(|failure| failure.of(input))?;
         let bound = self.config.finish.config.distortion_bound;
         let kept = kept(arguments, document, bound).map_err(|failure| failure.of(input))?;
