@@ -74,7 +74,7 @@ def write_tube(path: Path) -> None:
         f"element face {len(faces)}",
         "property list uchar int vertex_indices",
         "end_header",
-        *(f"{x:.9f} {y:.9f} {z:.9f} {int(x < 0.7)}" for x, y, z in vertices),
+        *(f"{x:.9f} {y:.9f} {z:.9f} {int(x > -0.7)}" for x, y, z in vertices),
         *(f"3 {a} {b} {c}" for a, b, c in faces),
     ]
     path.write_text("\n".join(lines) + "\n")
@@ -128,7 +128,9 @@ def test_options_on_files_are_those_of_the_program(tmp_path: Path) -> None:
         own = (tmp_path / f"own-{name}").read_bytes()
         assert own == (tmp_path / "out" / name).read_bytes(), options
         file.write(tmp_path / f"own-{name}", fa.unwrap(file))
-        assert own != (tmp_path / f"own-{name}").read_bytes(), options
+        # The same creases are the cheapest without the option.
+        is_same = own == (tmp_path / f"own-{name}").read_bytes()
+        assert is_same == ("crease_weight" in options), options
     file = fa.read(tmp_path / "first-parts.obj")
     metal = fa.unwrap(file, only="metal", hard_angle=60)
     assert file.materials is not None and file.uvs is not None
@@ -169,28 +171,32 @@ def test_what_has_several_weights_has_the_last(tmp_path: Path) -> None:
         assert found[1] / found[0] == pytest.approx(expected, rel=0.03), weight
 
 
+def write_torus(path: Path, *sizes: int) -> None:
+    vertices, faces = shapes.torus(*sizes)
+    lines = [f"v {x:.9f} {y:.9f} {z:.9f}" for x, y, z in vertices]
+    lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in faces]
+    path.write_text("\n".join(lines) + "\n")
+
+
 def test_seams_follow_the_tears_of_a_map(tmp_path: Path) -> None:
-    write_tube(tmp_path / "tube.ply")
+    write_torus(tmp_path / "torus.obj", 14, 8)
     training = ["--method", "neural", "--iterations", "30", "--seed", "1"]
-    call = [*PROGRAM, "unwrap", "tube.ply", "-q", "-o", "out", *training, "--tear-weight", "9"]
+    call = [*PROGRAM, "unwrap", "torus.obj", "-q", "-o", "out", *training, "--tear-weight", "9"]
     subprocess.run(call, cwd=tmp_path, check=True)
-    file = fa.read(tmp_path / "tube.ply")
+    file = fa.read(tmp_path / "torus.obj")
     written = []
     for tear_weight in (9, 0):
         layout = fa.unwrap(
             file, method="neural", iterations=30, seed=1, backend="flex", tear_weight=tear_weight
         )
-        file.write(tmp_path / "own.ply", layout)
-        written.append((tmp_path / "own.ply").read_bytes())
-    assert written[0] == (tmp_path / "out" / "tube.ply").read_bytes() != written[1]
+        file.write(tmp_path / "own.obj", layout)
+        written.append((tmp_path / "own.obj").read_bytes())
+    assert written[0] == (tmp_path / "out" / "torus.obj").read_bytes() != written[1]
 
 
 def test_the_program_writes_the_same_bytes(tmp_path: Path) -> None:
-    vertices, faces = shapes.torus()
-    lines = [f"v {x:.9f} {y:.9f} {z:.9f}" for x, y, z in vertices]
-    lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in faces]
     path = tmp_path / "torus.obj"
-    path.write_text("\n".join(lines) + "\n")
+    write_torus(path)
     call = [*PROGRAM, "unwrap", "torus.obj", "-q", "-o", "out"]
     subprocess.run(call, cwd=tmp_path, check=True)
     file = fa.read(path)
