@@ -134,7 +134,8 @@ class UV_OT_flatten_anything(bpy.types.Operator):
     hide_seams: bpy.props.FloatProperty(
         name="Hide Seams",
         description="Cut where little is seen: in folds, behind parts that lie before others. At 1 "
-        "a seam in full view costs thirty-one times as much as a hidden one. Higher makes longer seams",
+        "a seam in full view costs thirty-one times as much as a hidden one. Higher makes longer "
+        "seams",
         default=0.0,
         min=0.0,
         soft_max=2.0,
