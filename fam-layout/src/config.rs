@@ -66,7 +66,7 @@ pub struct LayoutConfig {
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub straighten: bool,
     /// The direction, of any length, that is up in the surface's space. Every chart is turned so that it
-    /// is up in the square too. If `None`, charts are turned as they fit best.
+    /// is up in the square too, except symmetric ones. If `None`, charts are turned as they fit best.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub upright: Option<[f64; 3]>,
     /// Empty texels between charts.

@@ -8,7 +8,7 @@ use crate::symmetry::{
 };
 use crate::unit::{scaled, scaled_plane};
 use crate::watch::Watch;
-use crate::{LayoutConfig, MeshInput};
+use crate::{LayoutConfig, MeshInput, Stack};
 use fam_surface::Component;
 
 /// Components that are to be cut and flattened.
@@ -103,10 +103,16 @@ impl Flattening<'_, '_> {
                 let symmetric = Symmetric {
                     task: *task,
                     placed: &own.mesh,
-                    pairing: &role.0,
-                    plane: &role.1,
+                    pairing: &role.pairing,
+                    plane: &role.plane,
                 };
-                charts_of_both_halves(&symmetric, i).or_else(|| nearly(&role.1))
+                let exactly = || charts_of_both_halves(&symmetric, i);
+                let nearly = || nearly(&role.plane);
+                // Only halves whose vertices correspond can share their place.
+                match role.is_fragmented && self.config.stack != Stack::Mirrored {
+                    true => nearly().or_else(exactly),
+                    false => exactly().or_else(nearly),
+                }
             }
             Role::Nearly(plane) => nearly(plane),
             Role::Alone | Role::ImageOf(..) => None,

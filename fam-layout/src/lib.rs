@@ -38,7 +38,8 @@
 //!
 //! With `stack`, only the first of equal components goes through them; the others share its place.
 //!
-//! With a [`Symmetry`] only half of a symmetric component goes through stages 1 to 6 (`symmetry`).
+//! With a [`Symmetry`] only half of a symmetric component goes through stages 1 to 6 (`symmetry`). One without
+//! vertices that correspond goes through them once more, with seams like those of its half.
 //!
 //! [`lay_out_cloud`] finds a surface through the points of a cloud first (`cloud`).
 

@@ -49,7 +49,7 @@ impl Parting {
     pub fn with_weights(self, weights: &[f64]) -> Self {
         let pair = |(t, weight): (usize, &f64)| {
             let label = self.labels.get(t).copied().unwrap_or(0);
-            // Positive numbers are in the order of their bits.
+            // Bits compare exactly; any order will do.
             (label, weight.to_bits())
         };
         let pairs: Vec<(u32, u64)> = weights.iter().enumerate().map(pair).collect();

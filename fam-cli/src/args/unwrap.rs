@@ -268,7 +268,8 @@ pub struct Unwrap {
     /// Let equal parts share their place in the square, on purpose: `identical` ones, or `mirrored` ones
     /// as well, whose triangles are clockwise then
     ///
-    /// With --symmetry, `mirrored` also lays one half of a symmetric part upon the other.
+    /// With --symmetry, `mirrored` also lays one half of a symmetric part upon the other, if their
+    /// vertices correspond.
     #[arg(long, value_enum, value_name = "PARTS", help_heading = "Finishing")]
     pub stack: Option<StackName>,
 

@@ -1,11 +1,12 @@
 //! Layouts of surfaces that are symmetric, or nearly so, without vertices that correspond.
 
 use std::collections::HashMap;
+use std::sync::atomic::AtomicUsize;
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-use super::{Outcome, Task, moved, part};
+use super::{Outcome, Task, breaking_off, moved, part};
 use crate::{LayoutConfig, Symmetry};
 use fam_surface::TriangleMesh;
 use fam_surface::metrics::mirrored_share;
@@ -92,6 +93,42 @@ fn faces_across_the_plane_are_no_charts_of_their_own() {
     assert_eq!(outcome.charts(), 1);
     let plane = MirrorPlane::across(1, 0.0);
     let share = mirrored_share(&outcome.mesh, &outcome.uv, &plane);
+    assert!(share >= 0.95, "{share}");
+}
+
+#[test]
+fn stopping_leaves_a_valid_layout() {
+    for rounds in [0, 20, 200, 1000, 2000] {
+        let seen = AtomicUsize::new(0);
+        let observe = breaking_off(rounds, &seen);
+        let task = Task {
+            observe: &observe,
+            ..task(Symmetry::X)
+        };
+        task.run(&head());
+    }
+}
+
+/// Triangles without area that wanted seams cut off, as thin as scans have them.
+#[test]
+fn charts_without_area_do_no_harm() {
+    let head = head();
+    let mut positions = head.positions().to_vec();
+    let mut triangles = head.triangles().to_vec();
+    let [a, b, c] = triangles[0];
+    let [p, q] = [a, b].map(|v| positions[v as usize]);
+    let middle = positions.len() as u32;
+    positions.push([0, 1, 2].map(|k| 0.5 * (p[k] + q[k])));
+    triangles[0] = [middle, b, c];
+    triangles.extend([[a, middle, c], [b, middle, a]]);
+    let mesh = TriangleMesh::new(positions, triangles).unwrap();
+    let mut task = task(Symmetry::X);
+    let wanted = [[a, b], [a, middle], [middle, b]];
+    task.wanted = &wanted;
+    let outcome = task.run_unchecked(&mesh);
+    assert_eq!(outcome.metrics().flipped_triangles, 0);
+    assert_eq!(outcome.metrics().unintended_overlaps(), 0);
+    let share = share(&outcome);
     assert!(share >= 0.95, "{share}");
 }
 

@@ -110,7 +110,7 @@ mod tests {
             (low, if light[v] > light[high] { v } else { high })
         });
         let ratio = rates[lightest] / rates[darkest];
-        let rate = |v: usize| 1.0 + IN_VIEW * light[v].powi(POWER);
+        let rate = |v: usize| 1.0 + 30.0 * light[v].powi(3);
         let expected = rate(lightest) / rate(darkest);
         assert!((ratio - expected).abs() < 1e-9 && ratio > 4.0, "{ratio}");
     }

@@ -2,35 +2,32 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::places::Frame;
 use super::proxy::Proxy;
 use crate::cut::paths::cheapest_path;
 use crate::patch::Patch;
 use fam_surface::TriangleMesh;
 use fam_surface::neighbors::nearest;
 use fam_surface::orientation::{NONE, across, ends};
-use fam_surface::vector::{add, cross, length, normalize, scale, sub};
-
-/// How far opposite normals set points apart where the nearest is looked for, as a share of the
-/// diagonal: more than symmetric surfaces deviate, so that the other side of a thin part is not taken.
-const NORMAL: f64 = 0.05;
+use fam_surface::vector::{add, length, scale, sub};
 
 /// How far beside the line that it follows a path is looked for, as a share of the diagonal. Farther
 /// away it costs no more.
 const REACH: f64 = 0.08;
 
-/// How many times as much a path costs along an edge that is not to be cut, or into another path.
-const FORBIDDEN: f64 = 10.0;
+/// Factor on the price of an edge that touches another path or the boundary.
 const TAKEN: f64 = 20.0;
 
-/// The edges of a surface, by their vertices, the smaller first, along which the seams of its proxy
-/// run there: the very edges where the proxy has its vertices from the surface; elsewhere
-/// the paths that stay nearest to the seams. `seams` are edges of the proxy; `patch` is the surface's.
+/// The edges of a surface, by their vertices, the smaller first, along which the seams of its proxy run
+/// there: the same edges on the side that the proxy is made of; elsewhere the paths that stay nearest to
+/// the seams. `seams` are edges of the proxy; `patch` is the surface's. `None` once `goes_on` says no.
 pub fn carried(
     proxy: &Proxy,
     seams: &[[u32; 2]],
     surface: &TriangleMesh,
     patch: &Patch,
-) -> HashSet<[u32; 2]> {
+    goes_on: &dyn Fn() -> bool,
+) -> Option<HashSet<[u32; 2]>> {
     let mut paths = Paths::new(proxy, surface, patch);
     let chains = chains(
         seams,
@@ -39,18 +36,16 @@ pub fn carried(
     );
     let (own, others): (Vec<_>, Vec<_>) = chains.into_iter().partition(|c| paths.is_own(c));
     let places = paths.places(&own, &others);
-    for chain in own {
-        let ends = chain.windows(2);
-        paths.found.extend(
-            ends.map(|e| [e[0], e[1]].map(|v| proxy.origins[v as usize]))
-                .map(sorted),
-        );
-        paths.take(chain.iter().map(|&v| proxy.origins[v as usize]));
+    for chain in &own {
+        paths.keep(chain);
     }
     for chain in &others {
+        if !goes_on() {
+            return None;
+        }
         paths.follow(chain, &places);
     }
-    paths.found
+    Some(paths.found)
 }
 
 fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
@@ -131,7 +126,7 @@ struct Paths<'a> {
     is_boundary: [Vec<bool>; 2],
     /// For every vertex of the surface one of the patch.
     numbers: Vec<u32>,
-    diagonal: f64,
+    frame: Frame,
     /// The mean length of edges.
     spacing: f64,
     is_taken: Vec<bool>,
@@ -146,16 +141,6 @@ impl<'a> Paths<'a> {
         };
         let at = |v: u32| surface.positions()[v as usize];
         let total: f64 = all().map(|[a, b]| length(sub(at(a), at(b)))).sum();
-        let bound = |fold: fn(f64, f64) -> f64, start: f64| {
-            [0, 1, 2].map(|k| {
-                let along = surface.positions().iter().map(|p| p[k]);
-                along.fold(start, fold)
-            })
-        };
-        let diagonal = length(sub(
-            bound(f64::max, f64::NEG_INFINITY),
-            bound(f64::min, f64::INFINITY),
-        ));
         let mut numbers = vec![NONE; surface.positions().len()];
         for (number, &v) in patch.source.iter().enumerate().rev() {
             numbers[v as usize] = number as u32;
@@ -167,8 +152,8 @@ impl<'a> Paths<'a> {
             edges: all().collect(),
             is_boundary: [&proxy.mesh, surface].map(on_boundary),
             numbers,
-            diagonal,
-            spacing: total / all().count().max(1) as f64,
+            frame: Frame::of(surface),
+            spacing: (total / all().count().max(1) as f64).max(f64::MIN_POSITIVE),
             is_taken: vec![false; surface.positions().len()],
             found: HashSet::new(),
         }
@@ -205,16 +190,6 @@ impl<'a> Paths<'a> {
         unknown.sort_unstable();
         unknown.dedup();
         let (proxy, surface) = (&self.proxy.mesh, self.surface);
-        let row = |p: [f64; 3], normal: [f64; 3]| {
-            let [x, y, z] = p.map(|c| (c / self.diagonal) as f32);
-            let [a, b, c] = normal.map(|c| (NORMAL * c) as f32);
-            [x, y, z, a, b, c]
-        };
-        let rows = |mesh: &TriangleMesh, chosen: &[u32]| -> Vec<[f32; 6]> {
-            let normals = normals(mesh);
-            let one = |&v: &u32| row(mesh.positions()[v as usize], normals[v as usize]);
-            chosen.iter().map(one).collect()
-        };
         let used = surface.used_vertices();
         let edge: Vec<u32> = used
             .iter()
@@ -225,7 +200,10 @@ impl<'a> Paths<'a> {
             .iter()
             .partition(|&&v| self.is_boundary[0][v as usize] && !edge.is_empty());
         for (queries, targets) in [(at_boundary, &edge), (inner, &used)] {
-            let near = nearest(&rows(surface, targets), &rows(proxy, &queries));
+            let near = nearest(
+                &self.frame.vertices(surface, targets),
+                &self.frame.vertices(proxy, &queries),
+            );
             for (v, near) in queries.into_iter().zip(near) {
                 places.insert(v, targets[near as usize]);
             }
@@ -233,8 +211,20 @@ impl<'a> Paths<'a> {
         places
     }
 
-    fn take(&mut self, vertices: impl Iterator<Item = u32>) {
-        for v in vertices {
+    /// Adds the edges of a chain that are edges of the surface.
+    fn keep(&mut self, chain: &[u32]) {
+        let path: Vec<u32> = chain
+            .iter()
+            .map(|&v| self.proxy.origins[v as usize])
+            .collect();
+        for edge in path.windows(2) {
+            self.add([edge[0], edge[1]]);
+        }
+    }
+
+    fn add(&mut self, edge: [u32; 2]) {
+        self.found.insert(sorted(edge));
+        for v in edge {
             self.is_taken[v as usize] = true;
         }
     }
@@ -248,43 +238,36 @@ impl<'a> Paths<'a> {
         }
         let away = self.distances(chain);
         let (topology, source) = (&self.patch.topology, &self.patch.source);
-        let costs: Vec<f64> = (0..topology.half_edges())
-            .map(|h| {
-                let ends_of = [topology.origin(h), topology.target(h)].map(|v| source[v as usize]);
-                let [a, b] = ends_of.map(|v| away[v as usize] / self.spacing);
-                let is_taken = |v: &u32| {
-                    let is_held = self.is_taken[*v as usize] || self.is_boundary[1][*v as usize];
-                    is_held && !ends.contains(v)
-                };
-                let rate = 1.0 + 0.5 * (a * a + b * b);
-                let forbidden = self.patch.forbidden[h as usize];
-                let length = self.patch.lengths[h as usize];
-                length
-                    * rate
-                    * if forbidden { FORBIDDEN } else { 1.0 }
-                    * if ends_of.iter().any(is_taken) {
-                        TAKEN
-                    } else {
-                        1.0
-                    }
-            })
-            .collect();
+        let cost = |h: u32| {
+            if self.patch.forbidden[h as usize] {
+                return f64::INFINITY;
+            }
+            let sides = [topology.origin(h), topology.target(h)].map(|v| source[v as usize]);
+            let [a, b] = sides.map(|v| away[v as usize] / self.spacing);
+            let is_taken = |v: &u32| {
+                let is_held = self.is_taken[*v as usize] || self.is_boundary[1][*v as usize];
+                is_held && !ends.contains(v)
+            };
+            let factor = if sides.iter().any(is_taken) {
+                TAKEN
+            } else {
+                1.0
+            };
+            self.patch.lengths[h as usize] * (1.0 + 0.5 * (a * a + b * b)) * factor
+        };
+        let costs: Vec<f64> = (0..topology.half_edges()).map(cost).collect();
         let Some(path) = cheapest_path(topology, &costs, &[start], |v| v == end) else {
             return;
         };
-        let at = |v: u32| source[v as usize];
         for h in path {
-            let edge = [topology.origin(h), topology.target(h)].map(at);
-            self.found.insert(sorted(edge));
-            for v in edge {
-                self.is_taken[v as usize] = true;
-            }
+            let edge = [topology.origin(h), topology.target(h)];
+            self.add(edge.map(|v| source[v as usize]));
         }
     }
 
     /// How far every vertex of the surface is from a chain of the proxy, as far as it matters.
     fn distances(&self, chain: &[u32]) -> Vec<f64> {
-        let reach = REACH * self.diagonal;
+        let reach = REACH * self.frame.diagonal;
         let at = |v: u32| self.proxy.mesh.positions()[v as usize];
         let mut samples = vec![at(chain[0])];
         for pair in chain.windows(2) {
@@ -310,9 +293,9 @@ impl<'a> Paths<'a> {
         let near: Vec<usize> = (0..positions.len())
             .filter(|&v| is_near(&positions[v]))
             .collect();
-        let single = |p: &[f64; 3]| p.map(|c| (c / self.diagonal) as f32);
-        let queries: Vec<[f32; 3]> = near.iter().map(|&v| single(&positions[v])).collect();
-        let points: Vec<[f32; 3]> = samples.iter().map(single).collect();
+        let point = |&v: &usize| self.frame.point(positions[v]);
+        let queries: Vec<[f32; 3]> = near.iter().map(point).collect();
+        let points: Vec<[f32; 3]> = samples.iter().map(|&p| self.frame.point(p)).collect();
         let mut away = vec![reach; positions.len()];
         for (&v, n) in near.iter().zip(nearest(&points, &queries)) {
             away[v] = length(sub(positions[v], samples[n as usize])).min(reach);
@@ -332,19 +315,6 @@ fn on_boundary(mesh: &TriangleMesh) -> Vec<bool> {
         }
     }
     is_boundary
-}
-
-/// The normal at every vertex.
-fn normals(mesh: &TriangleMesh) -> Vec<[f64; 3]> {
-    let mut sums = vec![[0.0; 3]; mesh.positions().len()];
-    for (t, corners) in mesh.triangles().iter().enumerate() {
-        let [a, b, c] = mesh.corners(t);
-        let normal = cross(sub(b, a), sub(c, a));
-        for &v in corners {
-            sums[v as usize] = add(sums[v as usize], normal);
-        }
-    }
-    sums.into_iter().map(normalize).collect()
 }
 
 #[cfg(test)]
@@ -405,7 +375,8 @@ mod tests {
             line.sort_unstable();
             line.dedup();
             assert_eq!(line.len(), 12);
-            let found = carried(&proxy, &line, &moved, &Patch::of(&moved));
+            let patch = Patch::of(&moved);
+            let found = carried(&proxy, &line, &moved, &patch, &|| true).unwrap();
             let at = |v: &u32| moved.positions()[*v as usize];
             let mut beyond = found.iter().flatten().filter(|v| at(v)[0] < -0.3);
             assert!(beyond.all(|v| at(v)[1].abs() < 0.06));

@@ -4,6 +4,9 @@
 //! other half are mirror images. A chart and its image that meet at the plane become one where they may
 //! be joined without too much distortion (`hinge`); its axis is vertical then. A component that is the
 //! mirror image of another gets the mirrored charts of that (`images`).
+//!
+//! Scans have no vertices that correspond. A component that is only nearly its own mirror image (`nearly`)
+//! is laid out by the seams of an exactly symmetric surface close to it (`proxy`), which are `carried` over.
 
 mod carried;
 mod chart;
@@ -11,6 +14,7 @@ mod halves;
 mod hinge;
 mod images;
 mod nearly;
+mod places;
 mod proxy;
 mod roles;
 

@@ -10,6 +10,7 @@ use super::Mirror;
 use super::carried::carried;
 use super::chart::Winding;
 use super::halves::{Symmetric, charts_of_both_halves};
+use super::places::Frame;
 use super::proxy::Proxy;
 use crate::component::{FlatChart, Task, flat_charts};
 use crate::marks::ComponentMarks;
@@ -18,22 +19,31 @@ use crate::{LayoutConfig, Stack};
 use fam_surface::TriangleMesh;
 use fam_surface::neighbors::nearest;
 use fam_surface::symmetry::MirrorPlane;
-use fam_surface::vector::add;
+use fam_surface::vector::{dot, scale, sub};
 
 /// How far the energy of the proxy may be above that of an isometry, as a share of what the bound
 /// allows: the component itself is not quite symmetric, and the same seams serve it less well.
 const SHARE: f64 = 0.9;
 
+/// A mesh of fewer triangles has too few edges for seams that are mirror images of others.
+pub const FEW: usize = 200;
+
 /// Charts of a component whose seams are about mirror images at a plane, turned so that they lie as mirror
-/// images. `None` if the component has no proxy, or that no symmetric layout.
+/// images. `None` if it has few triangles, if it or its proxy has no such layout within what is allowed, or
+/// if refining is not to go on.
 pub fn nearly_symmetric_charts(
     task: &Task,
     plane: &MirrorPlane,
 ) -> Option<(Vec<FlatChart>, Vec<Mirror>)> {
+    if task.mesh.triangles().len() < FEW || !task.watch.goes_on() {
+        return None;
+    }
     let proxy = Proxy::of(task.mesh, plane, &heights(task, plane))?;
     let model = charts_of_proxy(task, plane, &proxy)?;
     let patch = task.marks.patch(&Part::whole(task.mesh), None, 0.0);
-    let seams = carried(&proxy, &seams(&proxy.mesh, &model), task.mesh, &patch);
+    let goes_on = || task.watch.goes_on();
+    let seams = seams(&proxy.mesh, &model);
+    let seams = carried(&proxy, &seams, task.mesh, &patch, &goes_on)?;
     let marks = ComponentMarks {
         wanted: &task.marks.wanted | &seams,
         forbidden: task.marks.forbidden.clone(),
@@ -44,6 +54,10 @@ pub fn nearly_symmetric_charts(
         marks: &marks,
         ..*task
     });
+    let most = task.config.max_charts.unwrap_or(usize::MAX);
+    if charts.len() > most {
+        return None;
+    }
     let charts = turned(task.mesh, charts, &proxy.mesh, &model);
     let mirrors = vec![Mirror::Nearly; charts.len()];
     Some((charts, mirrors))
@@ -70,10 +84,8 @@ fn charts_of_proxy(task: &Task, plane: &MirrorPlane, proxy: &Proxy) -> Option<Ve
         .map(|[a, b]| [a.min(b), a.max(b)])
         .collect();
     let marked = |marked: &HashSet<[u32; 2]>| -> HashSet<[u32; 2]> {
-        let is_marked = |edge: &&[u32; 2]| {
-            let [a, b] = edge.map(|v| proxy.origins[v as usize]);
-            marked.contains(&[a.min(b), a.max(b)])
-        };
+        let under = |edge: &[u32; 2]| proxy.edge_under(*edge);
+        let is_marked = |edge: &&[u32; 2]| under(edge).is_some_and(|under| marked.contains(&under));
         edges.iter().filter(is_marked).copied().collect()
     };
     let marks = ComponentMarks {
@@ -85,9 +97,12 @@ fn charts_of_proxy(task: &Task, plane: &MirrorPlane, proxy: &Proxy) -> Option<Ve
     let map = task
         .map
         .map(|map| origins().map(|v| map[v]).collect::<Vec<_>>());
-    let rates = task
-        .rates
-        .map(|rates| origins().map(|v| rates[v]).collect::<Vec<_>>());
+    let rates = task.rates.map(|rates| {
+        // Seams cost on both sides what they cost on the mean of them.
+        let images = images(task.mesh, plane);
+        let rate = |v: usize| 0.5 * (rates[v] + rates[images[v] as usize]);
+        origins().map(rate).collect::<Vec<_>>()
+    });
     let config = LayoutConfig {
         distortion_bound: 4.0 + SHARE * (task.config.distortion_bound - 4.0),
         // Halves that do not correspond cannot share their place.
@@ -109,6 +124,21 @@ fn charts_of_proxy(task: &Task, plane: &MirrorPlane, proxy: &Proxy) -> Option<Ve
         plane,
     };
     Some(charts_of_both_halves(&symmetric, 0)?.0)
+}
+
+/// For every vertex the one that is nearest to its mirror image; for those in no triangle any.
+fn images(mesh: &TriangleMesh, plane: &MirrorPlane) -> Vec<u32> {
+    let frame = Frame::of(mesh);
+    let used = mesh.used_vertices();
+    let normals = mesh.vertex_normals();
+    let reflected = |v: usize| {
+        let along = dot(normals[v], plane.normal());
+        let normal = sub(normals[v], scale(plane.normal(), 2.0 * along));
+        frame.place(plane.reflected(mesh.positions()[v]), normal)
+    };
+    let reflected: Vec<[f32; 6]> = (0..mesh.positions().len()).map(reflected).collect();
+    let nearest = nearest(&frame.vertices(mesh, &used), &reflected);
+    nearest.into_iter().map(|n| used[n as usize]).collect()
 }
 
 /// The edges of a mesh whose two sides lie apart in its charts.
@@ -142,7 +172,8 @@ fn turned(
     nearby: &TriangleMesh,
     model: &[FlatChart],
 ) -> Vec<FlatChart> {
-    let nearest = nearest(&middles(nearby), &middles(mesh));
+    let frame = Frame::of(mesh);
+    let nearest = nearest(&frame.middles(nearby), &frame.middles(mesh));
     let mut places: Vec<Option<(usize, [f64; 2])>> = vec![None; nearby.triangles().len()];
     for (k, chart) in model.iter().enumerate() {
         for (place, &t) in middles_in(chart).zip(&chart.source) {
@@ -178,15 +209,6 @@ fn turned(
     turned.collect()
 }
 
-/// The middles of the triangles of a mesh.
-fn middles(mesh: &TriangleMesh) -> Vec<[f32; 3]> {
-    let middle = |t: usize| {
-        let [a, b, c] = mesh.corners(t);
-        add(a, add(b, c)).map(|c| (c / 3.0) as f32)
-    };
-    (0..mesh.triangles().len()).map(middle).collect()
-}
-
 /// The middles of the triangles of a chart.
 fn middles_in(chart: &FlatChart) -> impl Iterator<Item = [f64; 2]> {
     chart.triangles.iter().map(|corners| {
@@ -203,9 +225,12 @@ struct Pair {
 }
 
 /// The cosine and the sine of the angle by which points are turned to lie about as their models do, up
-/// to a shift.
+/// to a shift; 0 if they have no weight.
 fn rotation(pairs: &[Pair]) -> [f64; 2] {
     let total: f64 = pairs.iter().map(|pair| pair.weight).sum();
+    if total <= 0.0 {
+        return [1.0, 0.0];
+    }
     let mean = |of: fn(&Pair) -> [f64; 2]| {
         [0, 1].map(|k| pairs.iter().map(|p| p.weight * of(p)[k]).sum::<f64>() / total)
     };

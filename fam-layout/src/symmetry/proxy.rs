@@ -12,8 +12,8 @@ use fam_surface::vector::{length, scale, sub};
 /// that the plane cuts off no slivers.
 const SNAP: f64 = 0.25;
 
-/// How high over the plane the surface is cut, in mean lengths of edges: at the plane, and higher where
-/// the surface only touches that, so that the two halves would meet in lone vertices or edges.
+/// How high over the plane the surface is cut, in mean lengths of edges. The plane itself comes first. Where
+/// a surface touches it without crossing it, the two halves would meet in single vertices or edges.
 const LEVELS: [f64; 4] = [0.0, 0.2, 0.35, 0.5];
 
 /// A piece of the half with less than this share of its area is left out: the plane cuts such pieces
@@ -29,11 +29,23 @@ pub struct Proxy {
     /// For every vertex the one of the surface that it is or that is near to it; for mirror images that
     /// of what they mirror.
     pub origins: Vec<u32>,
+    /// The ends of the surface's edge that every vertex lies on, the smaller first; twice the same for
+    /// one that is a vertex of the surface. For mirror images those of what they mirror.
+    pub on: Vec<[u32; 2]>,
     /// For every vertex whether it is one of the surface.
     pub is_own: Vec<bool>,
 }
 
 impl Proxy {
+    /// The edge of the surface that an edge of the proxy or its mirror image lies on, by its vertices, the
+    /// smaller first, if it lies on one.
+    pub fn edge_under(&self, edge: [u32; 2]) -> Option<[u32; 2]> {
+        let [[a, b], [c, d]] = edge.map(|v| self.on[v as usize]);
+        let (low, high) = (a.min(c), b.max(d));
+        let is_end = |v: u32| v == low || v == high;
+        (low != high && [a, b, c, d].into_iter().all(is_end)).then_some([low, high])
+    }
+
     /// The proxy of a surface by the side where its heights over the plane, one for each vertex, are
     /// positive. `None` if none is found that is a manifold.
     pub fn of(surface: &TriangleMesh, plane: &MirrorPlane, heights: &[f64]) -> Option<Self> {
@@ -82,6 +94,7 @@ struct Side {
     positions: Vec<[f64; 3]>,
     triangles: Vec<[u32; 3]>,
     origins: Vec<u32>,
+    on: Vec<[u32; 2]>,
     is_own: Vec<bool>,
     is_on_plane: Vec<bool>,
 }
@@ -92,6 +105,7 @@ impl Side {
             positions: Vec::new(),
             triangles: Vec::new(),
             origins: Vec::new(),
+            on: Vec::new(),
             is_own: Vec::new(),
             is_on_plane: Vec::new(),
         };
@@ -137,15 +151,16 @@ impl Side {
         [a, b]: [u32; 2],
     ) -> u32 {
         let [p, q] = [a, b].map(|v| surface.positions()[v as usize]);
-        let [low, high] = [a, b].map(|v| heights[v as usize].abs());
-        let share = if a == b { 0.0 } else { low / (low + high) };
-        let is_on_plane = a != b || low == 0.0;
+        let [of_a, of_b] = [a, b].map(|v| heights[v as usize].abs());
+        let share = if a == b { 0.0 } else { of_a / (of_a + of_b) };
+        let is_on_plane = a != b || of_a == 0.0;
         let at = [0, 1, 2].map(|k| p[k] + share * (q[k] - p[k]));
         self.positions.push(match is_on_plane {
             true => sub(at, scale(plane.normal(), plane.height(at))),
             false => at,
         });
-        self.origins.push(if low <= high { a } else { b });
+        self.origins.push(if of_a <= of_b { a } else { b });
+        self.on.push([a, b]);
         self.is_own.push(a == b);
         self.is_on_plane.push(is_on_plane);
         self.positions.len() as u32 - 1
@@ -200,7 +215,7 @@ impl Side {
         let own = self.positions.len();
         let mut images: Vec<Option<u32>> = vec![None; own];
         let (mut positions, mut origins) = (self.positions, self.origins);
-        let mut is_own = self.is_own;
+        let (mut on, mut is_own) = (self.on, self.is_own);
         for v in 0..own {
             if !is_used[v] {
                 continue;
@@ -213,6 +228,7 @@ impl Side {
             images.push(Some(v as u32));
             positions.push(plane.reflected(positions[v]));
             origins.push(origins[v]);
+            on.push(on[v]);
             is_own.push(false);
         }
         let mirrored = |&[a, b, c]: &[u32; 3]| {
@@ -232,6 +248,7 @@ impl Side {
                 corners,
             },
             origins,
+            on,
             is_own,
         })
     }
@@ -269,7 +286,7 @@ fn is_manifold(mesh: &TriangleMesh) -> bool {
 mod tests {
     use super::*;
     use crate::patch::topology::Topology;
-    use fam_surface::shapes::sphere;
+    use fam_surface::shapes::{rectangle, sphere};
 
     fn proxy(surface: &TriangleMesh, plane: &MirrorPlane) -> Proxy {
         let positions = surface.positions().iter();
@@ -327,6 +344,39 @@ mod tests {
         check(&proxy, &tent, &plane);
         assert_eq!(proxy.mesh.triangles().len(), 4);
         assert!(is_manifold(&proxy.mesh));
+    }
+
+    /// A line of edges, 0.4 edges beside the plane.
+    #[test]
+    fn edges_of_the_surface_are_known_on_both_sides() {
+        let mut sheet = rectangle(2.0, 1.0, 12, 6);
+        let moved = |&[x, y, z]: &[f64; 3]| [x + 0.4 / 6.0, y, z];
+        let positions: Vec<[f64; 3]> = sheet.positions().iter().map(moved).collect();
+        sheet = TriangleMesh::new(positions, sheet.triangles().to_vec()).unwrap();
+        let proxy = proxy(&sheet, &MirrorPlane::across(0, 0.0));
+        let is_on = |v: u32| (sheet.positions()[v as usize][0] - 0.4 / 6.0).abs() < 1e-9;
+        let mut marked: Vec<[u32; 2]> = proxy
+            .mesh
+            .triangles()
+            .iter()
+            .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
+            .map(|[a, b]| [a.min(b), a.max(b)])
+            .filter(|&edge| {
+                proxy
+                    .edge_under(edge)
+                    .is_some_and(|under| under.iter().all(|&v| is_on(v)))
+            })
+            .collect();
+        marked.sort_unstable();
+        marked.dedup();
+        assert_eq!(marked.len(), 12);
+        let x = |v: u32| proxy.mesh.positions()[v as usize][0];
+        assert!(
+            marked
+                .iter()
+                .flatten()
+                .all(|&v| (x(v).abs() - 0.4 / 6.0).abs() < 1e-9)
+        );
     }
 
     #[test]

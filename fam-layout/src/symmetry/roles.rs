@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::Symmetry;
+use super::nearly::FEW;
 use fam_surface::orientation::{NONE, across};
 use fam_surface::sets::Sets;
 use fam_surface::symmetry::{
@@ -11,20 +12,24 @@ use fam_surface::symmetry::{
 use fam_surface::vector::{length, sub};
 use fam_surface::{Component, Components, TriangleMesh};
 
-/// A mesh of fewer triangles has too few edges for seams that are mirror images of others.
-const FEW: usize = 200;
-
 /// What a component is with regard to the mirror plane.
 pub enum Role {
     /// Its mirror image is not there.
     Alone,
-    /// It is its own mirror image at the plane.
-    Own(Box<(Pairing, MirrorPlane)>),
-    /// It is nearly its own mirror image at the plane, but its vertices do not correspond, or its faces
-    /// across the plane would be charts of their own.
+    /// It is its own mirror image at a plane, vertex by vertex.
+    Own(Box<Own>),
+    /// It is nearly its own mirror image at the plane, but its vertices do not correspond.
     Nearly(Box<MirrorPlane>),
     /// It is the mirror image of the component of a lower number.
     ImageOf(usize, Box<Pairing>),
+}
+
+/// How a component is its own mirror image.
+pub struct Own {
+    pub pairing: Pairing,
+    pub plane: MirrorPlane,
+    /// Whether the faces across the plane would be charts of their own, for a symmetry that is not exact.
+    pub is_fragmented: bool,
 }
 
 /// The roles of all components. `square` tells the UV square of each: mirror images have the same.
@@ -60,14 +65,11 @@ pub fn roles(
                 && let Some(own) = paired(&list[i].mesh, &list[i].mesh, &plane)
                 && is_involution(&own)
             {
-                roles[i] = match is_fragmented(&list[i].mesh, &own) {
-                    true => Role::Nearly(Box::new(plane)),
-                    false => Role::Own(Box::new((own, plane))),
-                };
-                continue;
-            }
-            if image.is_near(&boxes[i], &plane) && is_nearly_symmetric(&list[i].mesh, &plane) {
-                roles[i] = Role::Nearly(Box::new(plane));
+                roles[i] = Role::Own(Box::new(Own {
+                    is_fragmented: is_fragmented(&list[i].mesh, &own),
+                    pairing: own,
+                    plane,
+                }));
                 continue;
             }
             for m in n + 1..members.len() {
@@ -80,16 +82,26 @@ pub fn roles(
                     break;
                 }
             }
+            let has_image = members[n + 1..].iter().any(|&j| is_image_of(&roles[j], i));
+            if !has_image
+                && image.is_near(&boxes[i], &plane)
+                && is_nearly_symmetric(&list[i].mesh, &plane)
+            {
+                roles[i] = Role::Nearly(Box::new(plane));
+            }
         }
     }
     roles
 }
 
-/// Whether a mesh of many triangles has several groups of faces across the plane, and vertices that are
-/// not exactly mirror images. Each group would be a chart of its own, for a symmetry that is not quite
-/// there.
+fn is_image_of(role: &Role, component: usize) -> bool {
+    matches!(role, Role::ImageOf(of, _) if *of == component)
+}
+
+/// Whether a mesh has several groups of faces across the plane, and vertices that are not exactly mirror
+/// images.
 fn is_fragmented(mesh: &TriangleMesh, own: &Pairing) -> bool {
-    if own.exactness == Match::Exact || own.corners.len() < FEW {
+    if own.exactness == Match::Exact {
         return false;
     }
     let is_across =

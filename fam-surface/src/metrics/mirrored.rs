@@ -1,10 +1,10 @@
 //! How symmetric a UV map is.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use crate::charts::charts;
 use crate::neighbors::nearest;
-use crate::symmetry::MirrorPlane;
+use crate::symmetry::{Frame, MirrorPlane};
 use crate::{TriangleMesh, UvMap};
 
 /// How far a place may be from where the mirror image should be, as a share of the side of a square of
@@ -14,7 +14,10 @@ const NEAR: f64 = 0.03;
 /// The share of the area of a mesh, from 0 to 1, whose mirror image at a plane has mirrored UVs: at a
 /// vertical line, up to a shift between every two charts, and to within 3 % of the side of a square of the
 /// charts' area. Vertices need not correspond: the mirror image of a triangle is the one whose middle is
-/// nearest to that of its middle. 0 without any area.
+/// nearest to that of its middle. 0 without any area, or with one beyond the range of numbers.
+///
+/// # Panics
+/// If the map has not as many triangles as the mesh.
 pub fn mirrored_share(mesh: &TriangleMesh, uvs: &UvMap, plane: &MirrorPlane) -> f64 {
     let all = 0..mesh.triangles().len();
     let middle = |t: usize| {
@@ -25,14 +28,15 @@ pub fn mirrored_share(mesh: &TriangleMesh, uvs: &UvMap, plane: &MirrorPlane) -> 
         let corners = uvs.corners(t).map(|q| q.map(|c| f64::from(c) / 3.0));
         [0, 1].map(|k| corners.iter().map(|q| q[k]).sum::<f64>())
     };
-    let single = |p: [f64; 3]| p.map(|c| c as f32);
-    let points: Vec<[f32; 3]> = all.clone().map(|t| single(middle(t))).collect();
-    let reflected = |t: usize| single(plane.reflected(middle(t)));
+    let frame = Frame::of(mesh);
+    let point = |p: [f64; 3]| frame.place(p).map(|c| c as f32);
+    let points: Vec<[f32; 3]> = all.clone().map(|t| point(middle(t))).collect();
+    let reflected = |t: usize| point(plane.reflected(middle(t)));
     let reflected: Vec<[f32; 3]> = all.clone().map(reflected).collect();
     let images = nearest(&points, &reflected);
     let chart_of = charts(uvs);
     let areas = mesh.triangle_areas();
-    let mut pairs: HashMap<[u32; 2], Vec<Pair>> = HashMap::new();
+    let mut pairs: BTreeMap<[u32; 2], Vec<Pair>> = BTreeMap::new();
     for t in all.clone() {
         let image = images[t] as usize;
         let ([u, v], [mirrored_u, mirrored_v]) = (place(t), place(image));

@@ -13,6 +13,7 @@ mod tests;
 
 pub use find::{Judgement, LEAST_SHARE, TOLERANCE, coordinate_plane, find, judged};
 pub use pairing::{CLOSE, Match, Pairing, paired};
+pub(crate) use samples::Frame;
 
 use crate::vector::{dot, scale, sub};
 

@@ -11,7 +11,7 @@ const POINTS: usize = 16_000;
 /// The frame in which planes are looked for: the longest side of the bounding box of all triangles is
 /// 1, its centre the origin.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Frame {
+pub(crate) struct Frame {
     pub(super) center: [f64; 3],
     half_unit: f64,
     /// The diagonal of the bounding box here.
@@ -19,7 +19,7 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    pub(super) fn of(mesh: &TriangleMesh) -> Self {
+    pub(crate) fn of(mesh: &TriangleMesh) -> Self {
         let fold = |k: usize, f: fn(f64, f64) -> f64, start: f64| {
             let used = mesh.triangles().iter().flatten();
             // Halves, so that no sum overflows.
@@ -38,7 +38,7 @@ impl Frame {
         }
     }
 
-    pub(super) fn place(&self, p: [f64; 3]) -> [f64; 3] {
+    pub(crate) fn place(&self, p: [f64; 3]) -> [f64; 3] {
         [0, 1, 2].map(|k| (0.5 * p[k] - 0.5 * self.center[k]) / self.half_unit)
     }
 
