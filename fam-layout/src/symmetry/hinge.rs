@@ -34,6 +34,10 @@ const LAST: Effort = Effort {
     decrease: 1e-6,
 };
 
+/// The most that the last solve lowers the energy, as a share of it: its steps gain no more than those
+/// that ended the first.
+const MOST_GAIN: f64 = LAST.iterations as f64 * FIRST.decrease;
+
 /// A chart of a half and its image as one symmetric chart, with the image of every point. They are
 /// joined along the longest arc at the plane that was found to allow a layout within what is allowed;
 /// none if there is none. All points of the two have the same numbers.
@@ -259,6 +263,9 @@ fn joined(
     let mut problem = Problem::new(&patch, patch.lengths.clone(), symmetric.task.watch);
     problem.injective = true;
     let mut layout = problem.flattened(Cut::none(&patch.topology), FIRST).ok()?;
+    if layout.energy * (1.0 - MOST_GAIN) > allowed.energy {
+        return None;
+    }
     let _ = problem.relax(&mut layout, LAST);
     if layout.energy > allowed.energy {
         return None;
