@@ -6,22 +6,13 @@ use std::sync::atomic::AtomicUsize;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
+use super::symmetric::task;
 use super::{Outcome, Task, breaking_off, moved, part};
-use crate::{LayoutConfig, Symmetry};
+use crate::Symmetry;
 use fam_surface::TriangleMesh;
 use fam_surface::metrics::mirrored_share;
 use fam_surface::shapes::{hemisphere, sphere, torus};
 use fam_surface::symmetry::MirrorPlane;
-
-fn task(symmetry: Symmetry) -> Task<'static> {
-    Task {
-        config: LayoutConfig {
-            symmetry,
-            ..LayoutConfig::default()
-        },
-        ..Task::default()
-    }
-}
 
 /// A mesh whose edges lie in directions that have nothing to do with the axes.
 fn turned(mesh: &TriangleMesh) -> TriangleMesh {

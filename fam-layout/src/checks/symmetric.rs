@@ -14,7 +14,7 @@ use fam_surface::metrics::Metrics;
 use fam_surface::shapes::{cube, rectangle, sphere, torus};
 use fam_surface::symmetry::{MirrorPlane, paired};
 
-fn task(symmetry: Symmetry) -> Task<'static> {
+pub(super) fn task(symmetry: Symmetry) -> Task<'static> {
     Task {
         config: LayoutConfig {
             symmetry,

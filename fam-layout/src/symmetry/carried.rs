@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::places::Frame;
-use super::proxy::Proxy;
+use super::proxy::{Proxy, mean_edge};
 use crate::cut::paths::cheapest_path;
 use crate::patch::Patch;
 use fam_surface::TriangleMesh;
@@ -135,12 +135,8 @@ struct Paths<'a> {
 
 impl<'a> Paths<'a> {
     fn new(proxy: &'a Proxy, surface: &'a TriangleMesh, patch: &'a Patch) -> Self {
-        let all = || {
-            let triangles = surface.triangles().iter();
-            triangles.flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]].map(sorted))
-        };
-        let at = |v: u32| surface.positions()[v as usize];
-        let total: f64 = all().map(|[a, b]| length(sub(at(a), at(b)))).sum();
+        let triangles = surface.triangles().iter();
+        let sides = triangles.flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]].map(sorted));
         let mut numbers = vec![NONE; surface.positions().len()];
         for (number, &v) in patch.source.iter().enumerate().rev() {
             numbers[v as usize] = number as u32;
@@ -149,11 +145,11 @@ impl<'a> Paths<'a> {
             proxy,
             surface,
             patch,
-            edges: all().collect(),
+            edges: sides.collect(),
             is_boundary: [&proxy.mesh, surface].map(on_boundary),
             numbers,
             frame: Frame::of(surface),
-            spacing: (total / all().count().max(1) as f64).max(f64::MIN_POSITIVE),
+            spacing: mean_edge(surface).max(f64::MIN_POSITIVE),
             is_taken: vec![false; surface.positions().len()],
             found: HashSet::new(),
         }

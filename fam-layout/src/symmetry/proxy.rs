@@ -60,7 +60,7 @@ impl Proxy {
 }
 
 /// The mean length of the sides of triangles.
-fn mean_edge(surface: &TriangleMesh) -> f64 {
+pub fn mean_edge(surface: &TriangleMesh) -> f64 {
     let sides = surface.triangles().iter().flat_map(|&[a, b, c]| {
         [[a, b], [b, c], [c, a]].map(|edge| {
             let [p, q] = edge.map(|v| surface.positions()[v as usize]);

@@ -72,30 +72,23 @@ pub fn roles(
                 }));
                 continue;
             }
-            for m in n + 1..members.len() {
+            let twin = (n + 1..members.len()).find_map(|m| {
                 let j = members[m];
                 let may_be =
                     !is_taken[m] && square(i) == square(j) && image.is_near(&boxes[j], &plane);
-                if may_be && let Some(pairing) = paired(&list[i].mesh, &list[j].mesh, &plane) {
-                    roles[j] = Role::ImageOf(i, Box::new(pairing));
-                    is_taken[m] = true;
-                    break;
-                }
-            }
-            let has_image = members[n + 1..].iter().any(|&j| is_image_of(&roles[j], i));
-            if !has_image
-                && image.is_near(&boxes[i], &plane)
-                && is_nearly_symmetric(&list[i].mesh, &plane)
+                let pairing = may_be.then(|| paired(&list[i].mesh, &list[j].mesh, &plane));
+                Some((m, pairing.flatten()?))
+            });
+            if let Some((m, pairing)) = twin {
+                roles[members[m]] = Role::ImageOf(i, Box::new(pairing));
+                is_taken[m] = true;
+            } else if image.is_near(&boxes[i], &plane) && is_nearly_symmetric(&list[i].mesh, &plane)
             {
                 roles[i] = Role::Nearly(Box::new(plane));
             }
         }
     }
     roles
-}
-
-fn is_image_of(role: &Role, component: usize) -> bool {
-    matches!(role, Role::ImageOf(of, _) if *of == component)
 }
 
 /// Whether a mesh has several groups of faces across the plane, and vertices that are not exactly mirror
